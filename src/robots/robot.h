@@ -5,6 +5,7 @@
 #include <exception>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include "base/limits.h"
@@ -52,7 +53,15 @@ class WALKER_SIM_EXPORT Robot {
   /// Steps several robots of this type. Each result equals that of `step` to the bit. Robot types
   /// that step many worlds together faster than one after the other override this.
   /// @param steps at most kMaxGroupSize, of distinct robots, without a failure
-  virtual void step_group(RobotStep* const* steps, std::size_t count) noexcept;
+  virtual void step_group(RobotStep* const* steps, std::size_t count) noexcept {
+    for (RobotStep* const* each = steps; each != steps + count; ++each) {
+      try {
+        (*each)->robot->step(**each);
+      } catch (...) {
+        (*each)->failure = std::current_exception();
+      }
+    }
+  }
 
   /// Group size at which `step_group` is fastest; at most kMaxGroupSize.
   virtual std::size_t group_size() const { return 1; }
@@ -80,8 +89,11 @@ class WALKER_SIM_EXPORT Robot {
   /// @param info receives one value per info name, as after a reset
   /// @throws std::logic_error if the robot has no such coordinates, std::invalid_argument naming
   ///         the wrong size or value
-  virtual void set_coordinates(const std::vector<double>& position,
-                               const std::vector<double>& velocity, double* info);
+  virtual void set_coordinates(const std::vector<double>& /*position*/,
+                               const std::vector<double>& /*velocity*/, double* /*info*/) {
+    throw std::logic_error(specification().id +
+                           " has no positions and velocities that can be set; load a saved state");
+  }
 
   /// Whether the robot is healthy; nullopt if its type does not define health.
   virtual std::optional<bool> is_healthy() const { return std::nullopt; }

@@ -1,4 +1,4 @@
-walker_sim_sources(core_sources agent registry robot)
+walker_sim_sources(core_sources agent registry)
 # Only registry.cpp gets the version: one compiler cache serves the other files of every build.
 set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/registry.cpp PROPERTIES
   COMPILE_DEFINITIONS "WALKER_SIM_VERSION=\"${PROJECT_VERSION}\"")

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "robots/mujoco/locomotion_robot.h"
-#include "robots/mujoco/planar_base.h"
 
 namespace walker::hopper {
 namespace {
@@ -34,19 +33,20 @@ std::vector<Registration> registrations() {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   mujoco::LocomotionRobotKind kind;
   kind.name = "Hopper";
+  kind.model = "hopper";
   kind.num_hinges = 3;
   kind.reward_threshold = 3800;
   kind.camera_distance = 3;
-  kind.healthy_ranges = {
-      {"healthy_state_range",
-       "rad, m/s, rad/s",
-       "Interval of each value of a healthy hopper's state, from the torso's angle on.",
-       {-100.0, 100.0},
-       mujoco::kBasePitch,
-       mujoco::kStateEnd,
-       "a number of the state left healthy_state_range"},
-      mujoco::height_range("hopper", 0.7, kInfinity),
-      mujoco::angle_range("hopper", -0.2, 0.2)};
+  kind.healthy_ranges = mujoco::torso_ranges("hopper", {0.7, kInfinity}, {-0.2, 0.2});
+  const mujoco::HealthyRange state{
+      "healthy_state_range",
+      "rad, m/s, rad/s",
+      "Interval of each value of a healthy hopper's state, from the torso's angle on.",
+      {-100.0, 100.0},
+      mujoco::kBasePitch,
+      mujoco::kStateEnd,
+      "a number of the state left healthy_state_range"};
+  kind.healthy_ranges.insert(kind.healthy_ranges.begin(), state);
   kind.gait = gait();
   return mujoco::registrations(std::move(kind));
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -16,24 +17,26 @@
 #include <cstring>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <locale>
 #include <new>
+#include <set>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "base/interruption.h"
 #include "base/posix.h"
-#include "robots/mujoco/mjcf_size.h"
 
 namespace walker::mujoco {
 namespace {
 
-/// Precedes the child's message: a model, or the reason why there is none. The size is in bytes.
+/// Precedes the child's message.
 struct Heading {
-  enum class Kind : std::uint64_t { model, refusal };
-  Kind kind;
-  std::uint64_t size;
+  std::uint64_t is_model;  ///< 0: the message is the reason why there is no model
+  std::uint64_t size;      ///< [bytes]
 };
 
 // ---------------------------------------------------------------- the child
@@ -85,22 +88,79 @@ void write_all(int file, const void* bytes, std::size_t size) {
   }
 }
 
-void tell(int file, Heading::Kind kind, const void* bytes, std::size_t size) {
-  const Heading heading{kind, size};
+void tell(int file, const Heading& heading, const void* bytes) {
   write_all(file, &heading, sizeof(heading));
-  write_all(file, bytes, size);
+  write_all(file, bytes, heading.size);
 }
 
-/// MuJoCo's compile time grows with the square of the number of elements.
+constexpr auto npos = std::string_view::npos;
+
+/// Returns the file's text, truncated after the first block that exceeds `max_bytes`.
+std::string read_text(const std::filesystem::path& path, std::size_t max_bytes) {
+  std::string text;
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, std::size_t{1} << 16U> block{};
+  while (text.size() <= max_bytes && (file.read(block.data(), block.size()), file.gcount() > 0)) {
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  return text;
+}
+
+/// @param tag without its brackets, such as: include file="NAME"
+/// @return NAME; empty if the tag includes no file
+std::string_view included_file(std::string_view tag) {
+  constexpr std::string_view kInclude = "include";
+  if (tag.size() <= kInclude.size() || tag.substr(0, kInclude.size()) != kInclude) return {};
+  tag.remove_prefix(kInclude.size());
+  const std::size_t file =
+      std::isspace(static_cast<unsigned char>(tag[0])) != 0 ? tag.find("file") : npos;
+  if (file == npos) return {};
+  const std::size_t begin = tag.find_first_of("\"'", file);
+  if (begin == npos) return {};
+  const std::size_t end = tag.find(tag[begin], begin + 1);
+  return end == npos ? std::string_view() : tag.substr(begin + 1, end - begin - 1);
+}
+
+/// Counts a text's elements, and appends the names of the files that it includes.
+std::size_t count_elements(std::string_view text, std::vector<std::string>& included) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find('<'); at != npos; at = text.find('<', at)) {
+    text.remove_prefix(at + 1);
+    at = 0;
+    if (text.substr(0, 3) == "!--") {
+      at = text.find("-->");
+    } else if (!text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0) {
+      ++count;
+      const std::string_view name = included_file(text.substr(0, text.find('>')));
+      if (!name.empty()) included.emplace_back(name);
+    }
+    if (at == npos) break;
+  }
+  return count;
+}
+
+/// Checks the size of a file and the files that it includes, in its directory; unreadable ones are
+/// ignored. MuJoCo's compile time grows with the square of the number of elements.
 /// @throws std::runtime_error naming the size and the limit
-void check_size(const std::string& path, const CompileLimits& limits) {
-  const MjcfSize size = measure_mjcf(path, limits.bytes);
-  if (size.elements > limits.elements) {
-    throw std::runtime_error("has " + std::to_string(size.elements) +
+void check_size(const std::filesystem::path& path, const CompileLimits& limits) {
+  std::size_t num_bytes = 0;
+  std::size_t num_elements = 0;
+  std::vector<std::string> files{path.filename()};
+  std::set<std::string> known;
+  while (!files.empty() && num_bytes <= limits.bytes) {
+    const std::string file = files.back();
+    files.pop_back();
+    if (!known.insert(file).second) continue;  // MuJoCo rejects a file that is included twice
+    const std::string text = read_text(path.parent_path() / file, limits.bytes - num_bytes);
+    num_bytes += text.size();
+    num_elements += count_elements(text, files);
+  }
+  if (num_elements > limits.elements) {
+    throw std::runtime_error("has " + std::to_string(num_elements) +
                              " elements, included files counted; must have at most " +
                              std::to_string(limits.elements));
   }
-  if (size.bytes > limits.bytes) {
+  if (num_bytes > limits.bytes) {
     throw std::runtime_error("has, included files counted, more than " +
                              std::to_string(limits.bytes) + " bytes");
   }
@@ -129,13 +189,13 @@ std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
     try {
       if (files == nullptr) check_size(path, limits);
       const std::vector<std::byte> model = compile(path, files);
-      tell(file, Heading::Kind::model, model.data(), model.size());
+      tell(file, {1, model.size()}, model.data());
     } catch (const std::bad_alloc&) {
       throw std::runtime_error("it needs more than " + std::to_string(limits.memory >> 20U) +
                                " MiB of memory");
     }
   } catch (const std::exception& error) {
-    tell(file, Heading::Kind::refusal, error.what(), std::strlen(error.what()));
+    tell(file, {0, std::strlen(error.what())}, error.what());
   }
   _exit(EXIT_SUCCESS);
 }
@@ -151,37 +211,35 @@ double processor_time(pid_t process) {
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) / kPerSecond;
 }
 
+struct Pipe {
+  std::array<int, 2> ends{-1, -1};
+
+  ~Pipe() {
+    for (const int end : ends) ::close(end);
+  }
+};
+
 /// The child process; the destructor kills and reaps it.
 class Child {
  public:
   /// @throws std::system_error
   Child(const std::string& path, const CompileLimits& limits, const mjVFS* files)
       : limits_(limits) {
-    std::array<int, 2> ends{};
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) fail("pipe");
-    for (int& end : ends) end = above_standard(end);  // the child redirects the standard ones
-    if (ends[0] < 0 || ends[1] < 0) {
-      const int error = errno;
-      for (const int end : ends) ::close(end);
-      errno = error;
-      fail("pipe");
+    if (pipe2(pipe_.ends.data(), O_CLOEXEC) != 0) fail("pipe");
+    for (int& end : pipe_.ends) {
+      end = above_standard(end);  // the child redirects the standard ones
+      if (end < 0) fail("pipe");
     }
     process_ = fork();
-    if (process_ == 0) run_child(ends[1], path, limits, files);
-    const int error = errno;
-    ::close(ends[1]);
-    file_ = ends[0];
-    if (process_ > 0) return;
-    ::close(file_);
-    errno = error;
-    fail("fork");
+    if (process_ < 0) fail("fork");
+    if (process_ == 0) run_child(pipe_.ends[1], path, limits, files);
+    ::close(std::exchange(pipe_.ends[1], -1));
   }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
   ~Child() {
     if (process_ > 0) kill(process_, SIGKILL);
     end();
-    ::close(file_);
   }
 
   /// @return whether `size` bytes arrived
@@ -189,7 +247,7 @@ class Child {
     auto* to = static_cast<char*>(bytes);
     while (size > 0) {
       if (!wait()) return false;
-      const ssize_t received = ::read(file_, to, size);
+      const ssize_t received = ::read(pipe_.ends[0], to, size);
       if (received < 0 && errno == EINTR) continue;
       if (received <= 0) return false;
       to += received;
@@ -234,7 +292,7 @@ class Child {
       const auto end = Clock::now() + std::chrono::seconds(1);
       while (Clock::now() < end) {      // signals may shorten each wait
         constexpr int kInterval = 100;  // a signal may arrive between two waits [ms]
-        pollfd file{file_, POLLIN, 0};
+        pollfd file{pipe_.ends[0], POLLIN, 0};
         if (poll_interruptibly(file, kInterval) > 0) return true;
       }
       const double now = processor_time(process_);
@@ -259,7 +317,7 @@ class Child {
 
   CompileLimits limits_;
   pid_t process_ = -1;
-  int file_ = -1;
+  Pipe pipe_;
   bool is_idle_ = false;
 };
 
@@ -279,7 +337,7 @@ std::vector<std::byte> compile_apart(const std::string& path, const CompileLimit
     if (child.read_all(&heading, sizeof(heading))) {
       content.resize(heading.size);
       if (child.read_all(content.data(), content.size())) {
-        if (heading.kind == Heading::Kind::model) return content;
+        if (heading.is_model != 0) return content;
         throw std::runtime_error(
             std::string(reinterpret_cast<const char*>(content.data()), content.size()));
       }

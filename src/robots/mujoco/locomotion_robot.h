@@ -17,7 +17,7 @@ struct RewardOptions {
   double ctrl_cost_weight;
   double healthy_reward;
   bool terminate_when_unhealthy;
-  bool healthy_reward_needs_health;  ///< v5; v4 also rewards the step that terminates the episode
+  bool is_v5;  ///< v4 also gives the healthy reward for the step that terminates the episode
 };
 
 struct RewardTerms {
@@ -53,10 +53,10 @@ struct HealthyRange {
   const char* end_reason;          ///< static text
 };
 
-/// Return healthy_z_range and healthy_angle_range, which all these robots have.
-/// @param robot noun for the robot in the parameter's description
-HealthyRange height_range(const std::string& robot, double low, double high);
-HealthyRange angle_range(const std::string& robot, double low, double high);
+/// Returns healthy_z_range and healthy_angle_range, which all these robots have.
+/// @param robot noun for the robot in the parameters' descriptions
+std::vector<HealthyRange> torso_ranges(const std::string& robot, std::array<double, 2> heights,
+                                       std::array<double, 2> angles);
 
 /// One motor of a memoryless gait. Its control is the constant plus the weighted sum of the
 /// observed positions and velocities, clamped to [-1, 1].
@@ -67,7 +67,8 @@ struct MotorWeights {
 
 /// Constants, physics and gait of one of these robots.
 struct LocomotionRobotKind {
-  std::string name;    ///< in ids (Hopper-v5) and, in snake case, in models' files (hopper_v5.xml)
+  std::string name;    ///< in ids, such as Hopper-v5
+  std::string model;   ///< in names of built-in models, such as hopper_v5.xml
   int num_hinges = 0;  ///< hinges that carry a limb
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
@@ -77,27 +78,8 @@ struct LocomotionRobotKind {
   std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
 };
 
-/// Returns the registry's entries for NAME-v4 and NAME-v5.
+/// Returns the registry's entries for NAME-v4 and NAME-v5. Their robots reproduce Gymnasium's to
+/// the bit; observations, rewards and info are doubles.
 std::vector<Registration> registrations(LocomotionRobotKind kind);
-
-/// Reproduces Gymnasium's versions 4 and 5 to the bit; observations, rewards and info are doubles.
-class LocomotionRobot : public PlanarRobot {
- public:
-  /// @param is_v5 selects v5's info; v4's is shorter, and empty after a reset
-  /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
-  LocomotionRobot(const PlanarOptions& options, const RewardOptions& reward,
-                  std::vector<HealthyRange> healthy_ranges, bool is_v5);
-
-  std::optional<bool> is_healthy() const override { return unhealthy_reason()[0] == '\0'; }
-
- private:
-  void write_reset_info(double* info) const override;
-  void conclude_step(double x_velocity, RobotStep& step) const override;
-  const char* unhealthy_reason() const;
-
-  RewardOptions reward_;
-  std::vector<HealthyRange> healthy_ranges_;
-  bool is_v5_;
-};
 
 }  // namespace walker::mujoco

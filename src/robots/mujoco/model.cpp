@@ -5,7 +5,6 @@
 #include <cstring>
 #include <filesystem>
 #include <locale>
-#include <map>
 #include <mutex>
 #include <new>
 #include <stdexcept>
@@ -16,9 +15,7 @@
 #include "base/posix.h"
 #include "base/printable_text.h"
 #include "base/state_bytes.h"
-#include "robots/mujoco/builtin_models.h"
 #include "robots/mujoco/compile_apart.h"
-#include "robots/mujoco/processor.h"
 
 namespace walker::mujoco {
 namespace {
@@ -38,25 +35,23 @@ void install_handlers() {
   if (mju_user_warning == nullptr) mju_user_warning = ignore_warning;
 }
 
-const BuiltinModel* find_builtin(const std::string& name) {
-  const std::vector<BuiltinModel>& models = builtin_models();
-  const auto found = std::find_if(models.begin(), models.end(), [&name](const BuiltinModel& model) {
-    return name == model.name;
-  });
-  return found == models.end() ? nullptr : &*found;
+/// @throws std::runtime_error unless the processor and the operating system support AVX, which
+///         MuJoCo's releases for x86-64 require
+void check_processor() {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx") != 0) return;
+  throw std::runtime_error(
+      "MuJoCo's library needs a processor with AVX; this one, or its system, does not have it. "
+      "BipedalWalker runs without");
+#endif
 }
 
-struct DeleteVirtualFiles {
-  void operator()(mjVFS* files) const {
-    mj_deleteVFS(files);
-    delete files;
-  }
-};
-
 /// @throws std::bad_alloc
-std::unique_ptr<mjVFS, DeleteVirtualFiles> virtual_file(const std::string& name, const void* bytes,
-                                                        std::size_t size) {
-  std::unique_ptr<mjVFS, DeleteVirtualFiles> files(new mjVFS);
+std::shared_ptr<mjVFS> virtual_file(const std::string& name, const void* bytes, std::size_t size) {
+  const std::shared_ptr<mjVFS> files(new mjVFS, [](mjVFS* made) {
+    mj_deleteVFS(made);
+    delete made;
+  });
   mj_defaultVFS(files.get());
   if (mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(size)) != 0) {
     throw std::bad_alloc();
@@ -75,17 +70,15 @@ ModelPointer load(const std::vector<std::byte>& bytes) {
   return owned(model);
 }
 
-ModelPointer compile(const BuiltinModel& builtin) {
-  std::array<char, kMaxErrorBytes> message{};
-  const auto files = virtual_file(builtin.name, builtin.text.data(), builtin.text.size());
+ModelPointer compile_builtin(const std::string& name) {
+  const std::string& text = builtin_models().at(name);
+  const auto files = virtual_file(name, text.data(), text.size());
   // The distribution's MuJoCo parses numbers with streams, which use the global locale.
-  if (std::locale() != std::locale::classic()) {
-    return load(compile_apart(builtin.name, {}, files.get()));
-  }
+  if (std::locale() != std::locale::classic()) return load(compile_apart(name, {}, files.get()));
   static std::mutex mutex;  // MuJoCo's compiler has global state
   const std::lock_guard<std::mutex> lock(mutex);
-  mjModel* const model =
-      mj_loadXML(builtin.name.c_str(), files.get(), message.data(), kMaxErrorBytes);
+  std::array<char, kMaxErrorBytes> message{};
+  mjModel* const model = mj_loadXML(name.c_str(), files.get(), message.data(), kMaxErrorBytes);
   if (model == nullptr) throw std::runtime_error(message.data());
   return owned(model);
 }
@@ -123,7 +116,11 @@ void check_settings(const mjModel& model) {
 }
 
 /// Parses the file in a child process. This process loads only what MuJoCo has compiled there.
-ModelPointer compile(const std::string& path) {
+ModelPointer compile_file(const std::string& xml_file) {
+  if (xml_file.find('\0') != std::string::npos) {
+    throw std::runtime_error("must not have a zero byte");
+  }
+  const std::string path = expand_home(xml_file);
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
   using Type = std::filesystem::file_type;
@@ -141,22 +138,10 @@ ModelPointer compile(const std::string& path) {
   return result;
 }
 
-ModelPointer compile_any(const std::string& xml_file) {
-  try {
-    if (const BuiltinModel* builtin = find_builtin(xml_file)) return compile(*builtin);
-    if (xml_file.find('\0') != std::string::npos) {
-      throw std::runtime_error("must not have a zero byte");
-    }
-    return compile(expand_home(xml_file));
-  } catch (const std::runtime_error& error) {
-    refuse_model(xml_file, error.what());
-  }
-}
-
 /// Key of the cache of models: a built-in model's name, or a file's path, modification time and
 /// size. Included files do not count.
 std::string identity(const std::string& xml_file) {
-  if (find_builtin(xml_file) != nullptr) return xml_file;
+  if (builtin_models().count(xml_file) != 0) return xml_file;
   std::error_code error;
   const std::filesystem::path path = std::filesystem::absolute(expand_home(xml_file), error);
   const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch().count();
@@ -184,7 +169,13 @@ ModelPointer load_model(const std::string& xml_file) {
   if (ModelPointer known = models[key].lock()) return known;
   // Compilation may take long; the host's other threads may load models or fork meanwhile.
   lock.unlock();
-  ModelPointer compiled = compile_any(xml_file);
+  ModelPointer compiled;
+  try {
+    compiled =
+        builtin_models().count(xml_file) != 0 ? compile_builtin(xml_file) : compile_file(xml_file);
+  } catch (const std::runtime_error& error) {
+    refuse_model(xml_file, error.what());
+  }
   lock.lock();
   ModelPointer model = models[key].lock();  // another thread may have compiled it too
   if (!model) models[key] = model = std::move(compiled);

@@ -1,12 +1,17 @@
-// Compiled models, shared by all environments that use them.
+// Models: those of assets/, and compiled ones, shared by all environments that use them.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 #include "robots/mujoco/engine.h"
 
 namespace walker::mujoco {
+
+/// Returns the MJCF text of every *.xml of assets/ by file name. CMake inserts them into
+/// builtin_models.cpp.in.
+const std::map<std::string, std::string>& builtin_models();
 
 /// Compiles a model, or returns the compiled one that another environment holds.
 ///

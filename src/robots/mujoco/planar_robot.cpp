@@ -5,11 +5,9 @@
 
 #include "base/checks.h"
 #include "base/engine_release.h"
-#include "robots/mujoco/library_physics.h"
+#include "base/unwrapped_angle.h"
 #include "robots/mujoco/model.h"
-#include "robots/mujoco/planar_base.h"
-#include "robots/mujoco/sense.h"
-#include "robots/mujoco/specification.h"
+#include "robots/mujoco/physics.h"
 
 namespace walker::mujoco {
 namespace {
@@ -30,8 +28,57 @@ std::unique_ptr<Physics> make_physics(const PlanarOptions& options) {
   return std::make_unique<LibraryPhysics>(std::move(model));
 }
 
-}  // namespace
+Pose pose_of_body(const mjData& data, int body) {
+  return to_pose(at(data.xpos, body, 3), at(data.xquat, body, 4));
+}
 
+/// Whether the body, or one fixed to it, touches the static world.
+bool touches_ground(const mjModel& model, const mjData& data, int body) {
+  const auto carrier = [&model](int geom) { return carrier_of(model, model.geom_bodyid[geom]); };
+  return std::any_of(data.contact, data.contact + data.ncon, [&](const mjContact& contact) {
+    const int first = carrier(contact.geom1);
+    const int second = carrier(contact.geom2);
+    return contact.exclude == 0 &&
+           ((first == body && second == 0) || (first == 0 && second == body));
+  });
+}
+
+void sense_joints(const mjModel& model, const mjData& data, const Layout& layout,
+                  Sensors& sensors) {
+  const std::size_t num_joints = layout.joints.size();
+  sensors.joint_position.resize(num_joints);
+  sensors.joint_velocity.resize(num_joints);
+  sensors.joint_effort.resize(num_joints);
+  sensors.link_poses.resize(num_joints + 1);
+  sensors.link_poses[0] = pose_of_body(data, layout.trunk);
+  for (std::size_t i = 0; i < num_joints; ++i) {
+    const int dof = model.jnt_dofadr[layout.joints[i]];
+    sensors.joint_position[i] = data.qpos[model.jnt_qposadr[layout.joints[i]]];
+    sensors.joint_velocity[i] = data.qvel[dof];
+    sensors.joint_effort[i] = data.qfrc_actuator[dof];
+    sensors.link_poses[i + 1] = pose_of_body(data, layout.limbs[i]);
+  }
+  sensors.contacts.resize(layout.feet.size());
+  std::transform(layout.feet.begin(), layout.feet.end(), sensors.contacts.begin(),
+                 [&](int foot) { return touches_ground(model, data, foot) ? 1 : 0; });
+  sensors.gravity = to_vector3(model.opt.gravity);
+}
+
+void sense_motion(const mjData& data, const double* velocity_before_step, double dt,
+                  Sensors& sensors) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto along = [&](int joint) { return at(data.xaxis, joint, 3)[k]; };
+    const auto slide = [&](const double* v) {
+      return v[kBaseX] * along(kBaseX) + v[kBaseZ] * along(kBaseZ);
+    };
+    sensors.linear_velocity[k] = slide(data.qvel);
+    sensors.linear_acceleration[k] = (slide(data.qvel) - slide(velocity_before_step)) / dt;
+    sensors.angular_velocity[k] = data.qvel[kBasePitch] * along(kBasePitch);
+  }
+}
+
+/// Writes the positions, without the trunk's x if that is excluded, then the clamped velocities.
+/// @param position, velocity MuJoCo's qpos and qvel
 void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
                        const double* velocity, double* observation) {
   const int first = options.exclude_current_positions_from_observation ? 1 : 0;
@@ -39,6 +86,49 @@ void write_observation(const mjModel& model, const PlanarOptions& options, const
   const double limit = options.velocity_limit;
   std::transform(velocity, velocity + model.nv, velocities,
                  [limit](double v) { return std::clamp(v, -limit, limit); });
+}
+
+class Builder : public ObservationBuilder {
+ public:
+  explicit Builder(const PlanarOptions& options)
+      : options_(options),
+        model_(load_planar_model(options.model)),
+        layout_(*model_),
+        specification_(make_specification(options, layout_, *model_)),
+        position_(model_->nq),
+        velocity_(model_->nv) {}
+
+  void reset() override { pitch_.reset(); }
+
+  void build(const Measurements& measurements, double* observation) override {
+    check_measurements(measurements, specification_);
+    check_finite("position[0]", measurements.position[0], " m");
+    check_finite("position[2]", measurements.position[2], " m");
+    write_base_position(*model_, measurements.position, measurements.orientation, position_.data());
+    const double start = model_->qpos0[kBasePitch];
+    position_[kBasePitch] = start + pitch_.follow(position_[kBasePitch] - start);
+    write_base_velocity(*model_, measurements, velocity_.data());
+    for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
+      position_[model_->jnt_qposadr[layout_.joints[i]]] = measurements.joint_position[i];
+      velocity_[model_->jnt_dofadr[layout_.joints[i]]] = measurements.joint_velocity[i];
+    }
+    write_observation(*model_, options_, position_.data(), velocity_.data(), observation);
+  }
+
+ private:
+  PlanarOptions options_;
+  ModelPointer model_;
+  Layout layout_;
+  Specification specification_;
+  UnwrappedAngle pitch_;
+  std::vector<double> position_;  // MuJoCo's qpos
+  std::vector<double> velocity_;  // MuJoCo's qvel
+};
+
+}  // namespace
+
+std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions& options) {
+  return std::make_unique<Builder>(options);
 }
 
 PlanarRobot::PlanarRobot(const PlanarOptions& options)
@@ -52,11 +142,12 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
 }
 
 void PlanarRobot::reset(Generator& generator, double* info) {
+  const double scale = options_.reset_noise_scale;
   // Draws in Gymnasium's order: positions, then velocities.
-  draw_noise(generator, first_position_);
-  draw_noise(generator, velocity_before_step_);
-  std::transform(first_position_.begin(), first_position_.end(), model().qpos0,
-                 first_position_.begin(), std::plus<>());
+  for (std::size_t i = 0; i < first_position_.size(); ++i) {
+    first_position_[i] = generator.uniform(-scale, scale) + model().qpos0[i];
+  }
+  for (double& velocity : velocity_before_step_) velocity = generator.uniform(-scale, scale);
   physics_->reset(first_position_.data(), velocity_before_step_.data());
   write_first_info(info);
 }
@@ -64,11 +155,6 @@ void PlanarRobot::reset(Generator& generator, double* info) {
 void PlanarRobot::write_first_info(double* info) const {
   std::fill_n(info, specification_.info_names.size(), std::numeric_limits<double>::quiet_NaN());
   write_reset_info(info);
-}
-
-void PlanarRobot::draw_noise(Generator& generator, std::vector<double>& noise) const {
-  const double scale = options_.reset_noise_scale;
-  for (double& value : noise) value = generator.uniform(-scale, scale);
 }
 
 void PlanarRobot::step(RobotStep& step) {
@@ -113,13 +199,21 @@ void PlanarRobot::finish_step(RobotStep& step) const {
 
 void PlanarRobot::sense(Sensors& sensors) {
   physics_->measure([&](const mjData& data) {
-    mujoco::sense(model(), data, layout_, sensors);
+    sense_joints(model(), data, layout_, sensors);
     sense_motion(data, velocity_before_step_.data(), specification_.dt, sensors);
   });
 }
 
 void PlanarRobot::scene(Scene& scene) const {
-  physics_->measure([&](const mjData& data) { describe_scene(model(), data, scene); });
+  constexpr double kTile = 0.5;  // [m]
+  constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
+  scene = {};
+  const int* const geoms = model().geom_type;
+  const auto plane = std::find(geoms, geoms + model().ngeom, mjGEOM_PLANE) - geoms;
+  if (plane == model().ngeom) return;
+  physics_->measure([&](const mjData& data) {
+    scene.floor = Floor{at(data.geom_xpos, static_cast<int>(plane), 3)[2], kTile, kColors};
+  });
 }
 
 std::uint64_t PlanarRobot::model_fingerprint() const {

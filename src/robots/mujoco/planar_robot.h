@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "robots/mujoco/layout.h"
 #include "robots/mujoco/physics.h"
+#include "robots/mujoco/planar_model.h"
 #include "robots/robot.h"
 #include "walker_sim/observation_builder.h"
 
@@ -19,8 +19,8 @@ namespace walker::mujoco {
 
 /// Options of a planar robot, except those of its reward and termination.
 struct PlanarOptions {
-  std::string id;
-  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< all, for the specification
+  /// Its id, parameters, names of infos, reward threshold and time limit; the model gives the rest.
+  Specification specification;
   PlanarModel model;
   /// Creates the physics; empty: MuJoCo's library.
   std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
@@ -29,15 +29,10 @@ struct PlanarOptions {
   bool exclude_current_positions_from_observation = true;
   /// Bound to which observed velocities are clamped [m/s, rad/s].
   double velocity_limit = std::numeric_limits<double>::infinity();
-  std::vector<std::string> info_names;
-  double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< NaN: none
-  std::uint32_t max_episode_steps = 0;  ///< for the specification; the episode enforces it
 };
 
-/// Writes the positions, without the trunk's x if that is excluded, then the clamped velocities.
-/// @param position, velocity MuJoCo's qpos and qvel
-void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
-                       const double* velocity, double* observation);
+Specification make_specification(const PlanarOptions& options, const Layout& layout,
+                                 const mjModel& model);
 
 /// Creates the builder for the environment with the same options.
 /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)
@@ -80,7 +75,6 @@ class PlanarRobot : public Robot {
   virtual void conclude_step(double x_velocity, RobotStep& step) const = 0;
 
   std::uint64_t model_fingerprint() const;
-  void draw_noise(Generator& generator, std::vector<double>& noise) const;
   void write_first_info(double* info) const;
   void remember_state();
   void finish_step(RobotStep& step) const;

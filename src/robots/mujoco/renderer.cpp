@@ -10,10 +10,7 @@
 #include <utility>
 
 #include "base/limits.h"
-#include "robots/mujoco/layout.h"
 #include "robots/mujoco/offscreen_context.h"
-#include "robots/mujoco/planar_base.h"
-#include "robots/mujoco/specification.h"
 
 namespace walker::mujoco {
 namespace {
@@ -22,40 +19,28 @@ namespace {
 
 constexpr const char* kTrackingCamera = "track";
 
-std::string text_of(const Parameters& parameters, const char* name) {
-  return to_string(parameters.at(name));
-}
-
-double number(const Parameters& parameters, const char* name) {
-  return std::get<double>(parameters.at(name));
-}
-
-std::int64_t integer(const Parameters& parameters, const char* name) {
-  return std::get<std::int64_t>(parameters.at(name));
-}
-
-std::string cameras_of(const mjModel& model) {
-  if (model.ncam == 0) return "the model has none";
-  std::string text = "the model has";
-  for (int i = 0; i < model.ncam; ++i) {
-    const char* const name = mj_id2name(&model, mjOBJ_CAMERA, i);
-    text += (i > 0 ? ", " : " ") + std::to_string(i);
-    if (name != nullptr) text += std::string(" ") + name;
-  }
-  return text;
+template <typename Value>
+Value value_of(const Parameters& parameters, const char* name) {
+  return std::get<Value>(parameters.at(name));
 }
 
 [[noreturn]] void refuse(const mjModel& model, const Parameters& camera, const char* name) {
-  throw std::invalid_argument("parameter " + std::string(name) + " = " + text_of(camera, name) +
-                              ": no such camera; " + cameras_of(model));
+  std::string cameras = model.ncam == 0 ? "the model has none" : "the model has";
+  for (int i = 0; i < model.ncam; ++i) {
+    const char* const known = mj_id2name(&model, mjOBJ_CAMERA, i);
+    cameras += (i > 0 ? ", " : " ") + std::to_string(i);
+    if (known != nullptr) cameras += std::string(" ") + known;
+  }
+  throw std::invalid_argument("parameter " + std::string(name) + " = " +
+                              to_string(camera.at(name)) + ": no such camera; " + cameras);
 }
 
 /// Returns the index of the model's camera; -1: the free camera.
 int find_camera(const mjModel& model, const Parameters& camera) {
-  const std::int64_t id = integer(camera, "camera_id");
+  const std::int64_t id = value_of<std::int64_t>(camera, "camera_id");
   if (id >= model.ncam) refuse(model, camera, "camera_id");
   if (id >= 0) return static_cast<int>(id);
-  const std::string name = text_of(camera, "camera_name");
+  const std::string name = value_of<std::string>(camera, "camera_name");
   if (name.empty()) return -1;
   const int found = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
   if (found < 0 && name != kTrackingCamera) refuse(model, camera, "camera_name");
@@ -68,11 +53,11 @@ mjvCamera choose_camera(const mjModel& model, const Parameters& camera) {
   mjv_defaultCamera(&chosen);
   chosen.fixedcamid = find_camera(model, camera);
   chosen.type = chosen.fixedcamid < 0 ? mjCAMERA_FREE : mjCAMERA_FIXED;
-  const auto& lookat = std::get<std::vector<double>>(camera.at("lookat"));
+  const auto lookat = value_of<std::vector<double>>(camera, "lookat");
   std::copy(lookat.begin(), lookat.end(), chosen.lookat);
-  chosen.distance = number(camera, "distance");
-  chosen.elevation = number(camera, "elevation");
-  chosen.azimuth = number(camera, "azimuth");
+  chosen.distance = value_of<double>(camera, "distance");
+  chosen.elevation = value_of<double>(camera, "elevation");
+  chosen.azimuth = value_of<double>(camera, "azimuth");
   return chosen;
 }
 
@@ -81,8 +66,8 @@ Camera describe_camera(const mjModel& model, const mjvCamera& chosen, const Para
   const double angle = chosen.type == mjCAMERA_FIXED ? model.cam_fovy[chosen.fixedcamid]
                                                      : double{model.vis.global.fovy};
   Camera description;
-  description.width = static_cast<std::uint32_t>(integer(camera, "width"));
-  description.height = static_cast<std::uint32_t>(integer(camera, "height"));
+  description.width = static_cast<std::uint32_t>(value_of<std::int64_t>(camera, "width"));
+  description.height = static_cast<std::uint32_t>(value_of<std::int64_t>(camera, "height"));
   description.focal_length = description.height / 2.0 / std::tan(angle * kDegree / 2);
   description.near = double{model.vis.map.znear} * model.stat.extent;
   description.far = double{model.vis.map.zfar} * model.stat.extent;
@@ -93,11 +78,11 @@ Camera describe_camera(const mjModel& model, const mjvCamera& chosen, const Para
 Pose optical_frame(const mjvScene& scene) {
   const mjvGLCamera& left_eye = scene.camera[0];
   const mjvGLCamera& right_eye = scene.camera[1];
-  Pose pose;
+  Vector3 position{};
   Vector3 forward{};
   Vector3 up{};
   for (std::size_t k = 0; k < 3; ++k) {
-    pose.position[k] = (double{left_eye.pos[k]} + double{right_eye.pos[k]}) / 2;
+    position[k] = (double{left_eye.pos[k]} + double{right_eye.pos[k]}) / 2;
     forward[k] = double{left_eye.forward[k]};
     up[k] = double{left_eye.up[k]};
   }
@@ -108,8 +93,7 @@ Pose optical_frame(const mjvScene& scene) {
                                    right[2], -up[2], forward[2]};
   std::array<mjtNum, 4> quaternion{};
   mju_mat2Quat(quaternion.data(), axes.data());
-  pose.orientation = {quaternion[1], quaternion[2], quaternion[3], quaternion[0]};
-  return pose;
+  return to_pose(position.data(), quaternion.data());
 }
 
 // ---------------------------------------------------------------- drawing
@@ -200,10 +184,9 @@ class MujocoRenderer : public Renderer {
       : robot_(std::move(robot)),
         model_(load_planar_model(model)),
         layout_(*model_),
-        base_(*model_),
         chosen_(choose_camera(*model_, camera)),
         camera_(describe_camera(*model_, chosen_, camera)),
-        max_geom_(static_cast<int>(std::get<std::int64_t>(camera.at("max_geom")))) {}
+        max_geom_(static_cast<int>(value_of<std::int64_t>(camera, "max_geom"))) {}
 
   const Camera& camera() const override { return camera_; }
 
@@ -255,7 +238,7 @@ class MujocoRenderer : public Renderer {
                                   " links: not one of " + robot_);
     }
     const Pose& trunk = sensors.link_poses.front();
-    base_.locate(trunk.position, trunk.orientation, data_->qpos);
+    write_base_position(*model_, trunk.position, trunk.orientation, data_->qpos);
     for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
       data_->qpos[model_->jnt_qposadr[layout_.joints[i]]] = sensors.joint_position[i];
     }
@@ -278,7 +261,6 @@ class MujocoRenderer : public Renderer {
   std::string robot_;
   ModelPointer model_;
   Layout layout_;
-  PlanarBase base_;
   mjvCamera chosen_;
   Camera camera_;
   int max_geom_;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "robots/mujoco/layout.h"
+#include "robots/mujoco/planar_model.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
 

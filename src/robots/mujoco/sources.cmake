@@ -1,6 +1,6 @@
 walker_sim_sources(core_sources
-  compile_apart layout library_physics locomotion_robot locomotion_robot_registration mjcf_size model
-  observation_builder offscreen_context planar_base planar_robot processor renderer sense specification)
+  compile_apart locomotion_robot model offscreen_context physics planar_model planar_robot renderer
+  specification)
 
 # The models of assets/ become part of the library.
 file(GLOB model_files CONFIGURE_DEPENDS assets/*.xml)

@@ -1,17 +1,20 @@
-#include "robots/mujoco/specification.h"
-
+// Specification of a planar robot, read from the compiled model.
 #include <dlfcn.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <optional>
 #include <vector>
 
 #include "base/engine_release.h"
-#include "robots/mujoco/processor.h"
+#include "base/random.h"
+#include "base/state_bytes.h"
+#include "robots/mujoco/planar_robot.h"
 
 namespace walker::mujoco {
 namespace {
@@ -206,10 +209,41 @@ void set_spaces(const PlanarOptions& options, const mjModel& model, Specificatio
   }
 }
 
+/// Returns a hash of sin, cos and pow of 20,000 arguments each. Some results of each function
+/// differ between the variants.
+std::uint64_t hash_of_results() {
+  constexpr int kArguments = 20000;
+  std::uint64_t hash = 0;
+  Generator generator(0);
+  for (int i = 0; i < kArguments; ++i) {
+    const double angle = generator.uniform(-4, 4);
+    const double base = generator.uniform(0, 1);
+    const double exponent = generator.uniform(0, 4);
+    const std::array<double, 3> results{std::sin(angle), std::cos(angle), std::pow(base, exponent)};
+    hash = hash * 31 + checksum(reinterpret_cast<const std::byte*>(results.data()), sizeof results);
+  }
+  return hash;
+}
+
+/// Returns the name of the variant of the C library's sin, cos and pow. glibc has one for
+/// processors with FMA ("fma") and one for those without ("no fma"), whose results differ in the
+/// last bits. Any other library is named by a hash of its results.
+std::string name_libm_variant() {
+  constexpr std::uint64_t kFma = 0x6de57019e6faba9c;
+  constexpr std::uint64_t kNoFma = 0x0a4eadacd8eab543;
+  const std::uint64_t hash = hash_of_results();
+  if (hash == kFma) return "fma";
+  if (hash == kNoFma) return "no fma";
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return digits.data();
+}
+
 void set_engine(Specification& specification) {
+  static const std::string kLibmVariant = name_libm_variant();
   specification.engine = "MuJoCo";
   specification.engine_version =
-      std::string(mj_versionString()) + " (pinned, mujoco 2.2.2)" + kLibm + libm_variant();
+      std::string(mj_versionString()) + " (pinned, mujoco 2.2.2)" + kLibm + kLibmVariant;
   Dl_info where{};
   if (dladdr(reinterpret_cast<const void*>(&mj_step), &where) != 0 && where.dli_fname != nullptr) {
     specification.engine_path = where.dli_fname;
@@ -218,23 +252,11 @@ void set_engine(Specification& specification) {
 
 }  // namespace
 
-Vector3 to_vector3(const mjtNum* vector) { return {vector[0], vector[1], vector[2]}; }
-
-Pose to_pose(const mjtNum* position, const mjtNum* quaternion) {
-  return {{position[0], position[1], position[2]},
-          {quaternion[1], quaternion[2], quaternion[3], quaternion[0]}};
-}
-
 Specification make_specification(const PlanarOptions& options, const Layout& layout,
                                  const mjModel& model) {
-  Specification specification;
-  specification.id = options.id;
-  specification.parameters = options.parameters;
-  specification.info_names = options.info_names;
+  Specification specification = options.specification;
   specification.dt = model.opt.timestep * options.frame_skip;
   specification.gravity = to_vector3(model.opt.gravity);
-  specification.max_episode_steps = options.max_episode_steps;
-  specification.reward_threshold = options.reward_threshold;
   set_spaces(options, model, specification);
   set_engine(specification);
   specification.joints_are_exact = true;
@@ -245,16 +267,6 @@ Specification make_specification(const PlanarOptions& options, const Layout& lay
   }
   for (const int foot : layout.feet) specification.contact_links.push_back(body_name(model, foot));
   return specification;
-}
-
-void describe_scene(const mjModel& model, const mjData& data, Scene& scene) {
-  constexpr double kTile = 0.5;  // [m]
-  constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
-  scene = {};
-  const int* const plane = std::find(model.geom_type, model.geom_type + model.ngeom, mjGEOM_PLANE);
-  if (plane == model.geom_type + model.ngeom) return;
-  const double top = at(data.geom_xpos, static_cast<int>(plane - model.geom_type), 3)[2];
-  scene.floor = Floor{top, kTile, kColors};
 }
 
 }  // namespace walker::mujoco

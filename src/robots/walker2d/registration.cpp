@@ -49,10 +49,10 @@ std::vector<Registration> registrations() {
   // Gymnasium's constants (gymnasium/envs/mujoco/walker2d_v4.py, walker2d_v5.py, 1.4.0).
   mujoco::LocomotionRobotKind kind;
   kind.name = "Walker2d";
+  kind.model = "walker2d";
   kind.num_hinges = 6;
   kind.camera_distance = 4;
-  kind.healthy_ranges = {mujoco::height_range("walker", 0.8, 2.0),
-                         mujoco::angle_range("walker", -1.0, 1.0)};
+  kind.healthy_ranges = mujoco::torso_ranges("walker", {0.8, 2.0}, {-1.0, 1.0});
   kind.gait = gait();
   kind.make_physics = make_kernel_physics;
   return mujoco::registrations(std::move(kind));

@@ -73,6 +73,7 @@ class CompileApartTest : public testing::Test {
   }
 
   Folder folder_;
+  const std::string walker_ = folder_.write("walker.xml", builtin_text("walker2d_v5.xml"));
 
  private:
   fs::path home_ = fs::current_path();
@@ -195,10 +196,9 @@ TEST_F(CompileApartTest, IncludedFilesAreNotTooLarge) {
 }
 
 TEST_F(CompileApartTest, APathEndsAtNoZeroByte) {
-  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   const std::string message =
-      message_of<std::invalid_argument>([&] { load_model(file + std::string("\0junk", 5)); });
-  EXPECT_TRUE(has(message, "model.xml\\x00junk: must not have a zero byte")) << message;
+      message_of<std::invalid_argument>([&] { load_model(walker_ + std::string("\0junk", 5)); });
+  EXPECT_TRUE(has(message, "walker.xml\\x00junk: must not have a zero byte")) << message;
 }
 
 TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
@@ -209,12 +209,11 @@ TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
 }
 
 TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
-  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   std::vector<std::thread> threads;
   std::vector<std::size_t> sizes(4);
   threads.reserve(sizes.size());
   for (std::size_t& size : sizes) {
-    threads.emplace_back([&] { size = compile_apart(file).size(); });
+    threads.emplace_back([&] { size = compile_apart(walker_).size(); });
   }
   for (std::thread& thread : threads) thread.join();
   for (const std::size_t size : sizes) EXPECT_EQ(size, sizes[0]);
@@ -223,7 +222,6 @@ TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
 
 /// A daemon may have closed descriptors 0 to 2; the pipe to the child then reuses them.
 TEST_F(CompileApartTest, StandardDescriptorsMayBeClosed) {
-  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   constexpr unsigned kCombinations = 8;
   for (unsigned closed = 1; closed < kCombinations; ++closed) {
     std::array<int, 3> saved{};
@@ -232,7 +230,7 @@ TEST_F(CompileApartTest, StandardDescriptorsMayBeClosed) {
       saved[standard] = fcntl(standard, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
       ::close(standard);
     }
-    const std::string message = message_of<std::runtime_error>([&] { compile_apart(file); });
+    const std::string message = message_of<std::runtime_error>([&] { compile_apart(walker_); });
     for (int standard = 0; standard <= STDERR_FILENO; ++standard) {
       if (saved[standard] == 0) continue;
       dup2(saved[standard], standard);
@@ -275,12 +273,11 @@ TEST_F(CompileApartTest, SignalsDoNotUseUpTheIdleTime) {
   };
   ASSERT_EQ(pthread_atfork(nullptr, nullptr, in_child), 0);
   const auto before = std::signal(SIGALRM, [](int) {});
-  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   const itimerval often{{0, 1000}, {0, 1000}};
   const itimerval never{};
   children_are_late = true;
   setitimer(ITIMER_REAL, &often, nullptr);
-  const std::string message = message_of<std::runtime_error>([&] { compile_apart(file); });
+  const std::string message = message_of<std::runtime_error>([&] { compile_apart(walker_); });
   setitimer(ITIMER_REAL, &never, nullptr);
   children_are_late = false;
   std::signal(SIGALRM, before);
@@ -296,20 +293,18 @@ TEST_F(CompileApartTest, AChildThatWaitsForALockHasASuccessor) {
     while (waiting_children > 0) pause();
   };
   ASSERT_EQ(pthread_atfork(nullptr, in_parent, in_child), 0);
-  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
   waiting_children = 1;
-  EXPECT_GT(compile_apart(file, small_limits()).size(), 0U);
+  EXPECT_GT(compile_apart(walker_, small_limits()).size(), 0U);
   waiting_children = 2;
   const std::string message =
-      message_of<std::runtime_error>([&] { compile_apart(file, small_limits()); });
+      message_of<std::runtime_error>([&] { compile_apart(walker_, small_limits()); });
   EXPECT_TRUE(has(message, "it waited for 2 s")) << message;
   EXPECT_EQ(waiting_children, 0);
 }
 
 TEST_F(CompileApartTest, AHostThatWantsNoChildrenMayCompile) {
   const auto before = std::signal(SIGCHLD, SIG_IGN);
-  const std::string file = folder_.write("model.xml", builtin_text("walker2d_v5.xml"));
-  EXPECT_GT(compile_apart(file).size(), 0U);
+  EXPECT_GT(compile_apart(walker_).size(), 0U);
   EXPECT_TRUE(has(refusal("<mujoco><size nuser_body='2147483647'/></mujoco>"), " "));
   std::signal(SIGCHLD, before);
 }

@@ -1,6 +1,5 @@
 // set_coordinates against the MuJoCo calls of Gymnasium's set_state, bit by bit.
 #include <gtest/gtest.h>
-#include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <limits>
@@ -10,44 +9,11 @@
 #include "episode/episode.h"
 #include "error_message.h"
 #include "kernel_variable.h"
-#include "robots/mujoco/library_physics.h"
-#include "robots/mujoco/model.h"
+#include "robots/mujoco/plain_walker.h"
 #include "stepper.h"
 
 namespace walker::mujoco {
 namespace {
-
-constexpr int kFrameSkip = 4;
-
-/// The part of Gymnasium's MujocoEnv that moves a robot.
-class Reference {
- public:
-  explicit Reference(const std::string& xml_file)
-      : model_(load_model(xml_file)), data_(make_data(*model_)) {}
-
-  int size() const { return model_->nq; }
-
-  void set_state(const std::vector<double>& position, const std::vector<double>& velocity) {
-    std::copy(position.begin(), position.end(), data_->qpos);
-    std::copy(velocity.begin(), velocity.end(), data_->qvel);
-    mj_forward(model_.get(), data_.get());
-  }
-
-  void step(const std::vector<double>& action) {
-    std::copy(action.begin(), action.end(), data_->ctrl);
-    for (int i = 0; i < kFrameSkip; ++i) mj_step(model_.get(), data_.get());
-  }
-
-  std::vector<double> observation() const {
-    std::vector<double> values(data_->qpos, data_->qpos + model_->nq);
-    for (int i = 0; i < model_->nv; ++i) values.push_back(std::clamp(data_->qvel[i], -10.0, 10.0));
-    return values;
-  }
-
- private:
-  ModelPointer model_;
-  DataPointer data_;
-};
 
 struct Case {
   const char* id;
@@ -66,14 +32,14 @@ class CoordinatesTest : public testing::TestWithParam<Case> {
 
 TEST_P(CoordinatesTest, AreSetAsByGymnasium) {
   Stepper ours = make_ours();
-  Reference theirs(GetParam().model);
-  const auto size = static_cast<std::size_t>(theirs.size());
+  PlainWalker theirs(GetParam().model);
+  const std::size_t size = ours.observation.size() / 2;
   ours.reset(3);
-  theirs.set_state({ours.observation.begin(), ours.observation.begin() + theirs.size()},
-                   {ours.observation.begin() + theirs.size(), ours.observation.end()});
+  theirs.set_state(ours.observation);
   const std::vector<double> action(size - 3, 0.7);
   std::vector<double> position(size);
   std::vector<double> velocity(size);
+  std::vector<double> state;
   for (int time = 0; time < 10; ++time) {
     for (int step = 0; step < 20; ++step) {
       ours.step(action);
@@ -85,7 +51,9 @@ TEST_P(CoordinatesTest, AreSetAsByGymnasium) {
       velocity[i] = 0.4 * static_cast<double>((time + time + i) % 7) - 1;
     }
     ours.environment->set_coordinates(position, velocity, ours.result);
-    theirs.set_state(position, velocity);
+    state = position;
+    state.insert(state.end(), velocity.begin(), velocity.end());
+    theirs.set_state(state);
     ASSERT_EQ(ours.observation, theirs.observation());
   }
 }

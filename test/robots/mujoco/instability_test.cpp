@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cmath>
-#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -14,7 +13,7 @@
 
 #include "error_message.h"
 #include "robots/mujoco/model_file.h"
-#include "robots/mujoco/walker2d_sizes.h"
+#include "robots/mujoco/player.h"
 #include "stepper.h"
 
 namespace walker::mujoco {
@@ -44,22 +43,8 @@ void expect_finite(const Stepper& walker) {
   for (const double value : walker.observation) EXPECT_TRUE(std::isfinite(value));
 }
 
-class InstabilityTest : public testing::Test {
+class InstabilityTest : public QuietTest {
  protected:
-  /// Changes to an empty working directory, because MuJoCo writes its log file there.
-  void SetUp() override {
-    std::filesystem::current_path(elsewhere_.path());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-  }
-
-  void TearDown() override {
-    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
-    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-    EXPECT_TRUE(std::filesystem::is_empty(elsewhere_.path()));
-    std::filesystem::current_path(home_);
-  }
-
   Stepper make(const std::string& text, Parameters parameters = {}) const {
     parameters["xml_file"] = folder_.write("unstable.xml", text);
     parameters["terminate_when_unhealthy"] = false;
@@ -99,12 +84,6 @@ class InstabilityTest : public testing::Test {
       ASSERT_EQ(walker.row(), fresh.row()) << i;
     }
   }
-
-  Folder folder_;
-
- private:
-  Folder elsewhere_;
-  std::filesystem::path home_ = std::filesystem::current_path();
 };
 
 TEST_F(InstabilityTest, BadAccelerationsEndTheEpisode) {

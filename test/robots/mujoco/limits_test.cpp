@@ -7,10 +7,10 @@
 #include <string>
 
 #include "base/random.h"
-#include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
-#include "robots/mujoco/walker2d_sizes.h"
+#include "robots/mujoco/physics.h"
+#include "robots/mujoco/player.h"
 
 namespace walker::mujoco {
 namespace {

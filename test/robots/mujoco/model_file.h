@@ -1,20 +1,18 @@
-// Model files for tests, made from the texts of the built-in models.
+// Model files for tests, made from the texts of the built-in models, and a fixture for them.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
-#include "robots/mujoco/builtin_models.h"
+#include "robots/mujoco/model.h"
 #include "temporary_folder.h"
 
 namespace walker::mujoco {
 
-inline std::string builtin_text(const std::string& name) {
-  for (const BuiltinModel& model : builtin_models()) {
-    if (model.name == name) return model.text;
-  }
-  throw std::out_of_range(name);
-}
+inline std::string builtin_text(const std::string& name) { return builtin_models().at(name); }
 
 /// Replaces every `from` by `to`. At least one must exist, so that no test runs an unchanged model.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -42,5 +40,29 @@ inline std::string stock_text(const std::string& name) {
   text = without(text, "<contact>", "</contact>");
   return without(text, "<pair", "/>");
 }
+
+/// Tests of models, in an empty working directory, because MuJoCo writes its log file there. Fails
+/// if anything is printed or logged.
+class QuietTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::current_path(elsewhere_.path());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+  }
+
+  void TearDown() override {
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_TRUE(std::filesystem::is_empty(elsewhere_.path()));
+    std::filesystem::current_path(home_);
+  }
+
+  Folder folder_;
+
+ private:
+  Folder elsewhere_;
+  std::filesystem::path home_ = std::filesystem::current_path();
+};
 
 }  // namespace walker::mujoco

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <iomanip>
 #include <map>
 #include <set>
@@ -9,8 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "foreign_locale.h"
 #include "recording.h"
 #include "robots/mujoco/model.h"
+#include "robots/mujoco/model_file.h"
 
 #include <mujoco/mjxmacro.h>
 
@@ -168,60 +171,6 @@ INSTANTIATE_TEST_SUITE_P(Robots, Models,
                            return name.erase(name.find('-'), 1);
                          });
 
-using Contact = std::map<std::string, std::vector<double>>;
-
-/// Returns the contacts that the geoms' masks allow. Geoms of equal priority and solver parameters
-/// get the maximum of their dimensions, frictions, margins and gaps. A body does not collide with
-/// its parent, unless the parent is the world.
-std::map<std::set<int>, Contact> contacts_by_masks(const mjModel& model) {
-  std::map<std::set<int>, Contact> contacts;
-  const auto largest = [](const mjtNum* values, int first, int second) {
-    return std::max(values[first], values[second]);
-  };
-  for (int i = 0; i < model.ngeom; ++i) {
-    for (int k = i + 1; k < model.ngeom; ++k) {
-      const bool touch = (model.geom_contype[i] & model.geom_conaffinity[k]) != 0 ||
-                         (model.geom_contype[k] & model.geom_conaffinity[i]) != 0;
-      const int first = model.geom_bodyid[i];
-      const int second = model.geom_bodyid[k];
-      if (!touch || (first != 0 && model.body_parentid[second] == first)) continue;
-      const double slide = largest(model.geom_friction, 3 * i, 3 * k);
-      const double spin = largest(model.geom_friction, 3 * i + 1, 3 * k + 1);
-      const double roll = largest(model.geom_friction, 3 * i + 2, 3 * k + 2);
-      const double dimension = std::max(model.geom_condim[i], model.geom_condim[k]);
-      contacts[{i, k}] = {
-          {"dimension", {dimension}},
-          {"friction", {slide, slide, spin, roll, roll}},
-          {"margin", {largest(model.geom_margin, i, k)}},
-          {"gap", {largest(model.geom_gap, i, k)}},
-          {"solref", {at(model.geom_solref, k, mjNREF), at(model.geom_solref, k + 1, mjNREF)}},
-          {"solimp", {at(model.geom_solimp, k, mjNIMP), at(model.geom_solimp, k + 1, mjNIMP)}}};
-    }
-  }
-  return contacts;
-}
-
-std::map<std::set<int>, Contact> contacts_by_pairs(const mjModel& model) {
-  std::map<std::set<int>, Contact> contacts;
-  for (int i = 0; i < model.npair; ++i) {
-    contacts[{model.pair_geom1[i], model.pair_geom2[i]}] = {
-        {"dimension", {static_cast<double>(model.pair_dim[i])}},
-        {"friction", {at(model.pair_friction, i, 5), at(model.pair_friction, i + 1, 5)}},
-        {"margin", {model.pair_margin[i]}},
-        {"gap", {model.pair_gap[i]}},
-        {"solref", {at(model.pair_solref, i, mjNREF), at(model.pair_solref, i + 1, mjNREF)}},
-        {"solimp", {at(model.pair_solimp, i, mjNIMP), at(model.pair_solimp, i + 1, mjNIMP)}}};
-  }
-  return contacts;
-}
-
-/// The pairs equal the contacts that the masks, which are Gymnasium's, would generate.
-TEST_P(Models, PairsAreTheContactsThatTheMasksAllow) {
-  const ModelPointer model = load_model(GetParam().second);
-  EXPECT_EQ(contacts_by_pairs(*model), contacts_by_masks(*model));
-  EXPECT_EQ(model->npair, 7);
-}
-
 /// Negative control of the comparison above.
 TEST(RecordedModels, DifferInTheRightFootsFriction) {
   const std::map<std::string, Fields> recorded = recorded_models("walker2d");
@@ -230,6 +179,21 @@ TEST(RecordedModels, DifferInTheRightFootsFriction) {
     if (values != recorded.at("Walker2d-v5").at(name)) differing.insert(name);
   }
   EXPECT_EQ(differing, std::set<std::string>{"geom_friction"});
+}
+
+/// A model depends neither on the process's locale nor on whether it is built in or a file.
+TEST(Fingerprints, DoNotDependOnTheLocale) {
+  const Folder folder;
+  const std::string file = folder.write("model.xml", builtin_text("walker2d_v5.xml"));
+  const auto fingerprint_of = [](const std::string& name) {
+    return fingerprint(*load_model(name));  // compiles anew, because nothing keeps the model
+  };
+  const std::uint64_t walker = fingerprint_of("walker2d_v5.xml");
+  const std::uint64_t hopper = fingerprint_of("hopper_v5.xml");
+  const ForeignLocale locale;
+  EXPECT_EQ(fingerprint_of("walker2d_v5.xml"), walker);
+  EXPECT_EQ(fingerprint_of("hopper_v5.xml"), hopper);
+  EXPECT_EQ(fingerprint_of(file), walker);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Actions determined by a kind and a seed, as in mujoco_reference.py.
+// Walker2d's sizes, and actions determined by a kind and a seed, as in mujoco_reference.py.
 #pragma once
 
 #include <cstddef>
@@ -9,9 +9,13 @@
 #include <vector>
 
 #include "base/random.h"
-#include "robots/mujoco/walker2d_sizes.h"
+#include "robots/mujoco/planar_model.h"
 
 namespace walker::mujoco {
+
+constexpr int kJointCount = 6;
+constexpr int kDegreesOfFreedom = kBaseJoints + kJointCount;
+constexpr int kFrameSkip = 4;  // Gymnasium's default; engine steps per step
 
 class Actions {
  public:

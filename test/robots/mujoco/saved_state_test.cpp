@@ -4,6 +4,7 @@
 #include <random>
 #include <tuple>
 
+#include "foreign_locale.h"
 #include "kernel_variable.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/player.h"
@@ -157,6 +158,23 @@ TEST(SavedState, RejectsStatesOfOtherEnvironments) {
     EXPECT_NE(refusal(walker, State(before.begin(), before.begin() + i)), "") << i << " bytes";
   }
   EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
+}
+
+TEST(SavedState, DoesNotDependOnTheLocale) {
+  const std::string id = "Walker2d-v5";
+  const Parameters parameters{{"reset_noise_scale", 1e-3}};
+  const std::vector<double> action{0.5, -0.25, 0.125, 0.5, -0.25, 0.125};
+  Stepper before(id, parameters);
+  before.reset(7);
+  before.step(action);
+  const State state = save(before);
+  before.step(action);
+  const ForeignLocale locale;
+  Stepper after(id, parameters);
+  load(after, state);
+  EXPECT_EQ(save(after), state);
+  after.step(action);
+  expect_alike(after, before);
 }
 
 }  // namespace

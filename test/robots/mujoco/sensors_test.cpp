@@ -13,44 +13,12 @@
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
+#include "robots/mujoco/plain_walker.h"
 #include "robots/mujoco/player.h"
 #include "stepper.h"
 
 namespace walker::mujoco {
 namespace {
-
-/// Plain MuJoCo, started from the state in an observation of 18 values.
-class Twin {
- public:
-  Twin(ModelPointer model, const std::vector<double>& observation)
-      : model_(std::move(model)),
-        data_(mj_makeData(model_.get())),
-        shown_(mj_makeData(model_.get())) {
-    std::copy_n(observation.begin(), kDegreesOfFreedom, data_->qpos);
-    std::copy_n(observation.begin() + kDegreesOfFreedom, kDegreesOfFreedom, data_->qvel);
-    mj_forward(model_.get(), data_.get());
-  }
-
-  void step(const std::vector<double>& action) {
-    std::copy(action.begin(), action.end(), data_->ctrl);
-    for (int i = 0; i < kFrameSkip; ++i) mj_step(model_.get(), data_.get());
-  }
-
-  const mjData& data() const { return *data_; }
-
-  /// Data with poses and contacts of the current state; separate, so that the steps are unaffected.
-  const mjData& shown() {
-    std::copy_n(data_->qpos, kDegreesOfFreedom, shown_->qpos);
-    std::copy_n(data_->qvel, kDegreesOfFreedom, shown_->qvel);
-    mj_forward(model_.get(), shown_.get());
-    return *shown_;
-  }
-
- private:
-  ModelPointer model_;
-  DataPointer data_;
-  DataPointer shown_;
-};
 
 /// With reset noise of 0.5 the first steps are wild; the walker then lies and twitches.
 class SensorsTest : public testing::TestWithParam<const char*> {
@@ -76,7 +44,8 @@ class SensorsTest : public testing::TestWithParam<const char*> {
       Actions actions("outside", 3);
       std::vector<double> action(kJointCount, 0);
       walker.reset(4);
-      Twin twin(load_model(file_), walker.observation);
+      PlainWalker twin(file_);
+      twin.set_state(walker.observation);
       walker.environment->sense(sensors_);
       check(action, twin);
       for (int i = 0; i < 200; ++i) {
@@ -119,7 +88,7 @@ class SensorsTest : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(SensorsTest, JointsEqualTheEngines) {
-  walk([this](const std::vector<double>& action, Twin& twin) {
+  walk([this](const std::vector<double>& action, PlainWalker& twin) {
     for (std::size_t i = 0; i < kJointCount; ++i) {
       const Joint& joint = specification_.joints[i];
       const int index = mj_name2id(model_.get(), mjOBJ_JOINT, joint.name.c_str());
@@ -134,7 +103,7 @@ TEST_P(SensorsTest, JointsEqualTheEngines) {
 }
 
 TEST_P(SensorsTest, PosesEqualTheEngines) {
-  walk([this](const std::vector<double>& /*action*/, Twin& twin) {
+  walk([this](const std::vector<double>& /*action*/, PlainWalker& twin) {
     const mjData& shown = twin.shown();
     for (std::size_t i = 0; i < specification_.links.size(); ++i) {
       const int body = mj_name2id(model_.get(), mjOBJ_BODY, specification_.links[i].name.c_str());
@@ -148,7 +117,7 @@ TEST_P(SensorsTest, PosesEqualTheEngines) {
 
 TEST_P(SensorsTest, TrunkVelocitiesEqualTheEngines) {
   Vector3 before{};
-  walk([this, &before](const std::vector<double>& /*action*/, Twin& twin) {
+  walk([this, &before](const std::vector<double>& /*action*/, PlainWalker& twin) {
     const int trunk = mj_name2id(model_.get(), mjOBJ_BODY, specification_.links[0].name.c_str());
     std::array<mjtNum, 6> motion{};  // angular velocity, then the origin's velocity; world axes
     mj_objectVelocity(model_.get(), &twin.shown(), mjOBJ_XBODY, trunk, motion.data(), 0);
@@ -169,7 +138,7 @@ TEST_P(SensorsTest, TrunkVelocitiesEqualTheEngines) {
 TEST_P(SensorsTest, ContactsMatchTheFeetsHeight) {
   const double floor = is_other() ? -0.1 : 0;
   std::array<int, 2> seen{};  // lifted, touching
-  walk([&](const std::vector<double>& /*action*/, Twin& /*twin*/) {
+  walk([&](const std::vector<double>& /*action*/, PlainWalker& /*twin*/) {
     ASSERT_EQ(sensors_.contacts.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
       const double lowest = lowest_point(specification_.contact_links[i]);

@@ -1,19 +1,22 @@
 // The walkers' specification against MuJoCo's data and numerical integrals.
-#include "robots/mujoco/specification.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <regex>
+#include <stdexcept>
+#include <vector>
 
+#include "base/engine_release.h"
 #include "base/random.h"
+#include "episode/state_header.h"
 #include "pose_algebra.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
-#include "robots/mujoco/walker2d_sizes.h"
+#include "robots/mujoco/player.h"
 #include "solid_integral.h"
 #include "stepper.h"
 
@@ -298,6 +301,29 @@ TEST(BuiltInRobots, NameTheEngine) {
   ASSERT_TRUE(fs::exists(specification.engine_path)) << specification.engine_path;
   EXPECT_NE(specification.engine_path.find("libmujoco"), std::string::npos);
   EXPECT_NE(specification.engine_version.find("pinned"), std::string::npos);
+}
+
+TEST(Libm, IsPartOfTheEngineVersion) {
+  const std::regex variant("fma|no fma|[0-9a-f]{16}");
+  for (const Registration& registration : registrations()) {
+    const auto walker = make(registration.id);
+    const Specification& specification = walker->specification();
+    EXPECT_EQ(std::regex_match(libm_of(specification.engine_version), variant),
+              specification.engine == "MuJoCo")
+        << specification.engine_version;
+  }
+}
+
+TEST(Libm, DoesNotAffectSavedStates) {
+  Specification specification = make("Walker2d-v5")->specification();
+  std::vector<std::byte> state;
+  const std::size_t begin = StateOrigin(specification).begin(state);
+  StateOrigin::seal(state, begin);
+  specification.engine_version =
+      engine_release(specification.engine_version) + kLibm + "another" + kSteppedBy + "hand";
+  EXPECT_NO_THROW(StateOrigin(specification).open(state.data(), state.size()));
+  specification.engine_version = "9" + specification.engine_version;
+  EXPECT_THROW(StateOrigin(specification).open(state.data(), state.size()), std::invalid_argument);
 }
 
 }  // namespace

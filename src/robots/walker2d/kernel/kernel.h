@@ -46,6 +46,10 @@ struct Kernel {
   void (*start)(World& world, const Ground& ground);
 };
 
+/// Computes sine and cosine of an angle [rad] with the bits of the C library's sin and cos, which
+/// MuJoCo calls.
+extern void (*sine_and_cosine_of)(double angle, double* sine, double* cosine);
+
 // One translation unit for each instruction set.
 extern const Kernel kernel_sse2;
 extern const Kernel kernel_avx2;

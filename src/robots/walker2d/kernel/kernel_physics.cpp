@@ -3,23 +3,80 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <mutex>
 #include <utility>
+#include <vector>
 
 #include "base/limits.h"
-#include "robots/mujoco/library_physics.h"
-#include "robots/walker2d/kernel/coverage.h"
-#include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/kernel/trial.h"
 
 namespace walker::walker2d {
 namespace {
+
+/// Pool of mjData of one model. Its size is the maximum number of simultaneous loans, independent
+/// of the number of worlds. Thread-safe.
+class DataPool {
+ public:
+  explicit DataPool(mujoco::ModelPointer model) : model_(std::move(model)) {}
+
+  /// Returns the pool that all users of this model share.
+  static std::shared_ptr<DataPool> of(const mujoco::ModelPointer& model) {
+    static std::mutex mutex;
+    static std::map<const mjModel*, std::weak_ptr<DataPool>> all;
+    const std::lock_guard<std::mutex> lock(mutex);
+    for (auto each = all.begin(); each != all.end();) {
+      each = each->second.expired() ? all.erase(each) : std::next(each);
+    }
+    std::weak_ptr<DataPool>& known = all[model.get()];
+    std::shared_ptr<DataPool> pool = known.lock();
+    if (!pool) known = pool = std::make_shared<DataPool>(model);
+    return pool;
+  }
+
+  /// Borrows an mjData, with the contents that the last borrower left, until destruction.
+  class Loan {
+   public:
+    explicit Loan(DataPool& pool) : pool_(pool) {
+      {
+        const std::lock_guard<std::mutex> lock(pool_.mutex_);
+        if (!pool_.unused_.empty()) {
+          data_ = std::move(pool_.unused_.back());
+          pool_.unused_.pop_back();
+        }
+      }
+      if (data_) return;
+      data_ = mujoco::make_data(*pool_.model_);
+      const std::lock_guard<std::mutex> lock(pool_.mutex_);
+      pool_.unused_.reserve(++pool_.num_made_);  // so that the destructor cannot fail
+    }
+    Loan(const Loan&) = delete;
+    Loan& operator=(const Loan&) = delete;
+    ~Loan() {
+      const std::lock_guard<std::mutex> lock(pool_.mutex_);
+      pool_.unused_.push_back(std::move(data_));
+    }
+
+    mjData& data() const { return *data_; }
+
+   private:
+    DataPool& pool_;
+    mujoco::DataPointer data_;
+  };
+
+ private:
+  mujoco::ModelPointer model_;
+  std::mutex mutex_;
+  std::size_t num_made_ = 0;
+  std::vector<mujoco::DataPointer> unused_;
+};
 
 class KernelPhysics : public mujoco::Physics {
  public:
   KernelPhysics(const Kernel& kernel, mujoco::ModelPointer model)
       : kernel_(kernel),
         ground_(ground_of(*model)),
-        pool_(mujoco::DataPool::of(model)),
+        pool_(DataPool::of(model)),
         model_(std::move(model)) {}
 
   const mjModel& model() const override { return *model_; }
@@ -32,7 +89,7 @@ class KernelPhysics : public mujoco::Physics {
     control_ = {};
     kernel_.start(world_, ground_);
     if (!world_.is_flagged) return;
-    const mujoco::DataPool::Loan loan(*pool_);
+    const DataPool::Loan loan(*pool_);
     mjData& data = loan.data();
     mj_resetData(model_.get(), &data);
     std::copy_n(position, World::kSize, data.qpos);
@@ -83,7 +140,7 @@ class KernelPhysics : public mujoco::Physics {
   std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
-    const mujoco::DataPool::Loan loan(*pool_);
+    const DataPool::Loan loan(*pool_);
     mjData& data = loan.data();
     write(world_, data);
     std::copy(control_.begin(), control_.end(), data.ctrl);
@@ -150,7 +207,7 @@ class KernelPhysics : public mujoco::Physics {
 
   /// @throws as `step`
   void step_by_library(const World& before, int count) {
-    const mujoco::DataPool::Loan loan(*pool_);
+    const DataPool::Loan loan(*pool_);
     mjData& data = loan.data();
     mj_resetData(model_.get(), &data);
     write(before, data);
@@ -172,7 +229,7 @@ class KernelPhysics : public mujoco::Physics {
 
   const Kernel& kernel_;
   Ground ground_;
-  std::shared_ptr<mujoco::DataPool> pool_;
+  std::shared_ptr<DataPool> pool_;
   mujoco::ModelPointer model_;
   World world_;
   std::array<double, World::kMotors> control_{};

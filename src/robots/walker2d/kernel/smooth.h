@@ -125,19 +125,8 @@ WALKER_SIM_INLINE inline void capsules(const Poses<V>& poses, Smooth<V>& out) {
   });
 }
 
-/// Masses of the bodies' subtrees.
-inline constexpr auto kSubtreeMass = [] {
-  struct {
-    double mass[model::nbody];
-  } tree{};
-  for (int body = model::nbody - 1; body >= 0; --body) {
-    tree.mass[body] += model::body_mass[body];
-    if (body > 0) tree.mass[model::body_parentid[body]] += tree.mass[body];
-  }
-  return tree;
-}();
-
-/// mj_comPos: inertias and axes of motion, about the robot's centre of mass.
+/// mj_comPos: inertias and axes of motion, about the robot's centre of mass. MuJoCo sums the
+/// subtrees' masses in another order than body_subtreemass, with the same results for this model.
 template <typename V>
 WALKER_SIM_INLINE inline void about_centre_of_mass(const Poses<V>& poses, V (*cinert)[10],
                                                    V (*cdof)[6], Smooth<V>& out) {
@@ -150,7 +139,7 @@ WALKER_SIM_INLINE inline void about_centre_of_mass(const Poses<V>& poses, V (*ci
     unrolled<3>([&](auto k) WALKER_SIM_INLINE {
       com[body][k] += poses.xipos[body][k] * V(body_mass[body]);
       if constexpr (body > 0) com[body_parentid[body]][k] += com[body][k];
-      com[body][k] *= V(1.0 / kSubtreeMass.mass[body]);
+      com[body][k] *= V(1.0 / body_subtreemass[body]);
     });
   });
   unrolled<nbody - 1>([&](auto b) WALKER_SIM_INLINE {

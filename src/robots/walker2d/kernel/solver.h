@@ -4,7 +4,6 @@
 // one of five, the search continues lane by lane.
 #pragma once
 
-#include "robots/walker2d/kernel/cholesky.h"
 #include "robots/walker2d/kernel/constraints.h"
 #include "robots/walker2d/kernel/line_search.h"
 

@@ -1,24 +1,72 @@
-#include "robots/walker2d/kernel/trial.h"
-
+// The choice of a kernel.
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "base/bits.h"
 #include "base/random.h"
-#include "robots/mujoco/library_physics.h"
-#include "robots/walker2d/kernel/coverage.h"
-#include "robots/walker2d/kernel/trigonometry.h"
+#include "robots/walker2d/kernel/kernel_physics.h"
+#include "robots/walker2d/kernel/model_fields.h"
+#include "robots/walker2d/model_constants.h"
 
 namespace walker::walker2d {
 namespace {
 
-World world_of(const mjModel& model, const mjData& data) {
-  World world;
-  read_state(data, world);
-  for (std::size_t i = 0; i < World::kMotors; ++i) {
-    world.torque[i] = mujoco::at(model.actuator_gear, static_cast<int>(i), 6)[0] * data.ctrl[i];
+constexpr int kMaxBuffer = 100;  // upper bound, in sizes of the built-in model's buffer
+
+/// Compares to the bit. The model stores some integers as bytes.
+bool is_equal(double a, double b) { return to_bits(a) == to_bits(b); }
+bool is_equal(int a, int b) { return a == b; }
+
+template <typename T, typename Source>
+bool are_equal(const Source* values, const T* constants, std::size_t size) {
+  return std::equal(constants, constants + size, values, [](T constant, Source value) {
+    return is_equal(static_cast<T>(value), constant);
+  });
+}
+
+/// The kernel assumes the same parameters for all limits and pairs, and for both tangents.
+std::string why_not_uniform(const mjModel& model) {
+  const mjtNum* const solref = mujoco::at(model.jnt_solref, 3, mjNREF);
+  const mjtNum* const solimp = mujoco::at(model.jnt_solimp, 3, mjNIMP);
+  for (int joint = 3; joint < model.njnt; ++joint) {
+    if (!are_equal(mujoco::at(model.jnt_solref, joint, mjNREF), solref, mjNREF))
+      return "jnt_solref";
+    if (!are_equal(mujoco::at(model.jnt_solimp, joint, mjNIMP), solimp, mjNIMP))
+      return "jnt_solimp";
   }
-  return world;
+  for (int pair = 0; pair < model.npair; ++pair) {
+    if (!are_equal(mujoco::at(model.pair_solref, pair, mjNREF), solref, mjNREF))
+      return "pair_solref";
+    if (!are_equal(mujoco::at(model.pair_solimp, pair, mjNIMP), solimp, mjNIMP))
+      return "pair_solimp";
+    const mjtNum* const friction = mujoco::at(model.pair_friction, pair, 5);
+    if (!is_equal(friction[0], friction[1])) return "pair_friction";
+  }
+  return "";
+}
+
+// -fno-builtin-sin and -fno-builtin-cos prevent the compiler from merging the calls into a sincos.
+void call_sin_and_cos(double angle, double* sine, double* cosine) {
+  *sine = std::sin(angle);
+  *cosine = std::cos(angle);
+}
+
+bool is_sincos_the_same() {
+  constexpr int kAngles = 50000;
+  Generator generator(0);
+  for (int i = 0; i < kAngles; ++i) {
+    const double largest = std::pow(10.0, generator.uniform(-8, 8));
+    const double angle = generator.uniform(-largest, largest);
+    double sine = 0;
+    double cosine = 0;
+    ::sincos(angle, &sine, &cosine);
+    if (to_bits(sine) != to_bits(std::sin(angle)) || to_bits(cosine) != to_bits(std::cos(angle))) {
+      return false;
+    }
+  }
+  return true;
 }
 
 /// Steps the same worlds with the kernel and with the library.
@@ -34,7 +82,11 @@ class KernelCheck {
     together.reserve(data_.size());
     for (const mujoco::DataPointer& each : data_) {
       std::generate_n(each->ctrl, World::kMotors, [this] { return generator_.uniform(-1, 1); });
-      together.push_back(world_of(model_, *each));
+      World& world = together.emplace_back();
+      read_state(*each, world);
+      for (int i = 0; i < model_.nu; ++i) {
+        world.torque[i] = mujoco::at(model_.actuator_gear, i, 6)[0] * each->ctrl[i];
+      }
     }
     std::vector<World> singly = together;
     std::vector<World*> worlds(together.size());
@@ -89,6 +141,52 @@ class KernelCheck {
 
 }  // namespace
 
+std::string unsupported_reason(const mjModel& model) {
+#define COMPARE_COUNT(name) \
+  if (model.name != model::name) return #name;
+  WALKER_SIM_MODEL_COUNTS(COMPARE_COUNT)
+// The upper bound limits the trial's memory: it allocates an mjData for each of its worlds.
+#define COMPARE_BUFFER(name) \
+  if (model.name < model::name || model.name > kMaxBuffer * model::name) return #name;
+  WALKER_SIM_MODEL_BUFFERS(COMPARE_BUFFER)
+#define COMPARE_NUMBER(type, part, name) \
+  if (!is_equal(model.part.name, model::part##_##name)) return #part "." #name;
+  WALKER_SIM_MODEL_NUMBERS(COMPARE_NUMBER)
+  if (!are_equal(model.opt.gravity, model::opt_gravity, 3)) return "opt.gravity";
+  if (!are_equal(model.opt.wind, model::opt_wind, 3)) return "opt.wind";
+#define COMPARE_ARRAY(type, name, rows, columns)                          \
+  if (!are_equal(model.name, reinterpret_cast<const type*>(&model::name), \
+                 sizeof model::name / sizeof(type))) {                    \
+    return #name;                                                         \
+  }
+  WALKER_SIM_MODEL_ARRAYS(COMPARE_ARRAY)
+  return why_not_uniform(model);
+}
+
+Ground ground_of(const mjModel& model) {
+  Ground ground;
+  for (std::size_t limb = 0; limb < Ground::kLimbs; ++limb) {
+    const int pair = static_cast<int>(limb);
+    const double friction = mujoco::at(model.pair_friction, pair, 5)[0];
+    const int body = model.geom_bodyid[model.pair_geom2[pair]];
+    // mj_makeConstraint adds the weights of both bodies, in their order.
+    const double weight =
+        mujoco::at(model.body_invweight0, 0, 2)[0] + mujoco::at(model.body_invweight0, body, 2)[0];
+    ground.friction[limb] = friction;
+    ground.diagonal[limb] = weight + friction * friction * weight;
+  }
+  return ground;
+}
+
+void (*sine_and_cosine_of)(double, double*, double*) = call_sin_and_cos;
+
+void choose_sine_and_cosine() {
+  [[maybe_unused]] static const bool kIsChosen = [] {
+    if (is_sincos_the_same()) sine_and_cosine_of = ::sincos;
+    return true;
+  }();
+}
+
 void read_state(const mjData& data, World& world) {
   std::copy_n(data.qpos, World::kSize, world.position.begin());
   std::copy_n(data.qvel, World::kSize, world.velocity.begin());
@@ -96,12 +194,9 @@ void read_state(const mjData& data, World& world) {
 }
 
 bool has_state(const World& world, const mjData& data) {
-  const auto is_equal = [](const auto& ours, const mjtNum* theirs) {
-    return std::equal(ours.begin(), ours.end(), theirs,
-                      [](double a, double b) { return to_bits(a) == to_bits(b); });
-  };
-  return is_equal(world.position, data.qpos) && is_equal(world.velocity, data.qvel) &&
-         is_equal(world.warm_start, data.qacc_warmstart);
+  return are_equal(data.qpos, world.position.data(), World::kSize) &&
+         are_equal(data.qvel, world.velocity.data(), World::kSize) &&
+         are_equal(data.qacc_warmstart, world.warm_start.data(), World::kSize);
 }
 
 bool is_as_library(const Kernel& kernel, const mjModel& model) {

@@ -9,12 +9,12 @@
 #include <limits>
 #include <random>
 
-#include "bits.h"
 #include "error_message.h"
 #include "kernel_variable.h"
-#include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
+#include "robots/mujoco/physics.h"
 #include "robots/walker2d/kernel/kernel.h"
+#include "saved_states.h"
 #include "walker_sim/agent.h"
 
 namespace walker::walker2d {
@@ -33,22 +33,7 @@ std::string stepper_of(const Stepper& walker) {
 }
 
 State senses(Environment& environment) {
-  Sensors sensors;
-  environment.sense(sensors);
-  State all = sensors.joint_position;
-  const auto add = [&all](const auto& numbers) {
-    all.insert(all.end(), numbers.begin(), numbers.end());
-  };
-  add(sensors.joint_velocity);
-  add(sensors.joint_effort);
-  for (const Pose& pose : sensors.link_poses) {
-    add(pose.position);
-    add(pose.orientation);
-  }
-  add(sensors.contacts);
-  add(sensors.linear_velocity);
-  add(sensors.linear_acceleration);
-  add(sensors.angular_velocity);
+  State all = look_at(environment);
   Scene scene;
   environment.scene(scene);
   all.push_back(scene.floor->z);

@@ -8,8 +8,7 @@
 #include <random>
 #include <sstream>
 
-#include "robots/walker2d/kernel/coverage.h"
-#include "robots/walker2d/kernel/trial.h"
+#include "robots/walker2d/kernel/kernel_physics.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "robots/mujoco/library_physics.h"
 #include "robots/mujoco/model.h"
+#include "robots/mujoco/physics.h"
 #include "robots/walker2d/kernel/kernel.h"
 
 namespace walker::walker2d {

@@ -1,5 +1,5 @@
 // The selection of a kernel.
-#include "robots/walker2d/kernel/trial.h"
+#include "robots/walker2d/kernel/kernel_physics.h"
 
 #include <gtest/gtest.h>
 

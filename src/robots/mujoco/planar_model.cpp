@@ -1,12 +1,12 @@
-#include "robots/mujoco/layout.h"
+#include "robots/mujoco/planar_model.h"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 
 #include "base/shortest_text.h"
 #include "robots/mujoco/model.h"
-#include "robots/mujoco/planar_base.h"
 
 namespace walker::mujoco {
 namespace {
@@ -37,13 +37,12 @@ void check_timestep(const mjModel& model, const PlanarModel& source) {
   refuse_model(source.xml_file, text.str());
 }
 
-/// Whether a joint of the trunk has the direction of the world's axis 0 (x), 1 (y) or 2 (z).
-bool has_axis(const mjModel& model, int joint, std::size_t axis) {
-  constexpr double kRounding = 1e-6;
-  std::array<mjtNum, 3> direction{};
-  mju_rotVecQuat(direction.data(), at(model.jnt_axis, joint, 3),
+/// Returns the axis of one of the trunk's joints in the world.
+Vector3 world_axis(const mjModel& model, int joint) {
+  Vector3 axis{};
+  mju_rotVecQuat(axis.data(), at(model.jnt_axis, joint, 3),
                  at(model.body_quat, model.jnt_bodyid[joint], 4));
-  return direction[axis] > 1 - kRounding;
+  return axis;
 }
 
 void check_base(const mjModel& model, const PlanarModel& source) {
@@ -56,8 +55,9 @@ void check_base(const mjModel& model, const PlanarModel& source) {
     refuse_model(source.xml_file,
                  "the first three joints must be the trunk's: slide (x), slide (z), hinge (pitch)");
   }
-  if (!has_axis(model, kBaseX, 0) || !has_axis(model, kBaseZ, 2) ||
-      !has_axis(model, kBasePitch, 1)) {
+  constexpr double kAligned = 1 - 1e-6;  // for rounding
+  if (!(world_axis(model, kBaseX)[0] > kAligned && world_axis(model, kBaseZ)[2] > kAligned &&
+        world_axis(model, kBasePitch)[1] > kAligned)) {
     refuse_model(source.xml_file,
                  "the trunk must slide along the world's x, then z, and turn about its y");
   }
@@ -113,6 +113,15 @@ void check_actuator(const mjModel& model, const PlanarModel& source, int actuato
   if (effort_per_control(model, actuator) == 0) refuse("must have a gear other than 0");
 }
 
+/// Decomposes a vector along the slides, whose axes are the world's x and z up to rounding.
+void decompose(const mjModel& model, const Vector3& vector, double* along) {
+  const Vector3 x_axis = world_axis(model, kBaseX);
+  const Vector3 z_axis = world_axis(model, kBaseZ);
+  const double determinant = x_axis[0] * z_axis[2] - x_axis[2] * z_axis[0];
+  along[kBaseX] = (vector[0] * z_axis[2] - vector[2] * z_axis[0]) / determinant;
+  along[kBaseZ] = (vector[2] * x_axis[0] - vector[0] * x_axis[2]) / determinant;
+}
+
 }  // namespace
 
 ModelPointer load_planar_model(const PlanarModel& source) {
@@ -143,6 +152,34 @@ int carrier_of(const mjModel& model, int body) { return model.body_weldid[body];
 
 double effort_per_control(const mjModel& model, int actuator) {
   return at(model.actuator_gainprm, actuator, mjNGAIN)[0] * at(model.actuator_gear, actuator, 6)[0];
+}
+
+void write_base_position(const mjModel& model, const Vector3& origin, const Quaternion& orientation,
+                         double* position) {
+  // Joints start from the model's reference pose; the pitch hinge is at the trunk's origin.
+  const int trunk = model.jnt_bodyid[kBaseX];
+  const mjtNum* const reference = at(model.body_pos, trunk, 3);
+  decompose(model, {origin[0] - reference[0], origin[1] - reference[1], origin[2] - reference[2]},
+            position);
+  const std::array<mjtNum, 4> attitude{orientation[3], orientation[0], orientation[1],
+                                       orientation[2]};
+  std::array<mjtNum, 4> back{};
+  std::array<mjtNum, 4> turn{};
+  mju_negQuat(back.data(), at(model.body_quat, trunk, 4));
+  mju_mulQuat(turn.data(), back.data(), attitude.data());
+  position[kBasePitch] =
+      2 * std::atan2(mju_dot3(&turn[1], at(model.jnt_axis, kBasePitch, 3)), turn[0]);
+  for (int i = 0; i < kBaseJoints; ++i) position[i] += model.qpos0[i];
+}
+
+void write_base_velocity(const mjModel& model, const Measurements& measurements, double* velocity) {
+  const Quaternion& q = measurements.orientation;
+  const std::array<mjtNum, 4> to_world{q[3], q[0], q[1], q[2]};
+  Vector3 in_world{};
+  mju_rotVecQuat(in_world.data(), measurements.linear_velocity.data(), to_world.data());
+  decompose(model, in_world, velocity);
+  velocity[kBasePitch] =
+      mju_dot3(measurements.angular_velocity.data(), at(model.jnt_axis, kBasePitch, 3));
 }
 
 }  // namespace walker::mujoco

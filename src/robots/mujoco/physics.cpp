@@ -1,42 +1,36 @@
-#include "robots/mujoco/library_physics.h"
+#include "robots/mujoco/physics.h"
 
 #include <algorithm>
-#include <iterator>
-#include <map>
 #include <stdexcept>
-#include <utility>
 
 namespace walker::mujoco {
 namespace {
 
+/// Calls use(values, size) for each part of a saved state, in the order of `Physics::save`.
+template <typename Use>
+void for_each_part(const mjModel& m, const mjData& data, const Use& use) {
+  use(data.qpos, m.nq);
+  use(data.qvel, m.nv);
+  use(data.qacc_warmstart, m.nv);
+  use(data.ctrl, m.nu);
+  use(data.qfrc_actuator, m.nv);
+}
+
 void save_data(const mjModel& m, const mjData& data, double* values) {
-  values = std::copy_n(data.qpos, m.nq, values);
-  values = std::copy_n(data.qvel, m.nv, values);
-  values = std::copy_n(data.qacc_warmstart, m.nv, values);
-  values = std::copy_n(data.ctrl, m.nu, values);
-  std::copy_n(data.qfrc_actuator, m.nv, values);
+  for_each_part(m, data, [&values](const double* part, int size) {
+    values = std::copy_n(part, size, values);
+  });
 }
 
 void load_data(const mjModel& m, mjData& data, const double* values) {
   mj_resetData(&m, &data);  // also clears the warnings
-  const double* next = values;
-  const auto take = [&next](double* to, int count) {
-    std::copy_n(next, count, to);
-    next += count;
-  };
-  take(data.qpos, m.nq);
-  take(data.qvel, m.nv);
-  take(data.qacc_warmstart, m.nv);
-  take(data.ctrl, m.nu);
-  take(data.qfrc_actuator, m.nv);
+  for_each_part(m, data, [&values](double* part, int size) {
+    std::copy_n(values, size, part);
+    values += size;
+  });
 }
 
 }  // namespace
-
-LibraryPhysics::LibraryPhysics(ModelPointer model, std::string fallback_reason)
-    : model_(std::move(model)),
-      data_(make_data(*model_)),
-      fallback_reason_(std::move(fallback_reason)) {}
 
 void LibraryPhysics::reset(const double* position, const double* velocity) {
   mj_resetData(model_.get(), data_.get());
@@ -59,10 +53,6 @@ void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) con
 void LibraryPhysics::save(double* values) const { save_data(*model_, *data_, values); }
 
 void LibraryPhysics::load(const double* values) { load_data(*model_, *data_, values); }
-
-std::string LibraryPhysics::stepper() const {
-  return "the library" + (fallback_reason_.empty() ? "" : ": " + fallback_reason_);
-}
 
 DataPointer make_data(const mjModel& model) {
   DataPointer data(mj_makeData(&model));
@@ -94,43 +84,6 @@ void check_warnings(const mjData& data) {
                                mju_warningText(warning, statistics.lastinfo));
     }
   }
-}
-
-DataPool::DataPool(ModelPointer model) : model_(std::move(model)) {}
-
-std::shared_ptr<DataPool> DataPool::of(const ModelPointer& model) {
-  static std::mutex mutex;
-  static std::map<const mjModel*, std::weak_ptr<DataPool>> all;
-  const std::lock_guard<std::mutex> lock(mutex);
-  for (auto each = all.begin(); each != all.end();) {
-    each = each->second.expired() ? all.erase(each) : std::next(each);
-  }
-  std::weak_ptr<DataPool>& known = all[model.get()];
-  std::shared_ptr<DataPool> pool = known.lock();
-  if (!pool) {
-    pool = std::make_shared<DataPool>(model);
-    known = pool;
-  }
-  return pool;
-}
-
-DataPool::Loan::Loan(DataPool& pool) : pool_(pool) {
-  {
-    const std::lock_guard<std::mutex> lock(pool_.mutex_);
-    if (!pool_.unused_.empty()) {
-      data_ = std::move(pool_.unused_.back());
-      pool_.unused_.pop_back();
-    }
-  }
-  if (data_) return;
-  data_ = make_data(pool_.model());
-  const std::lock_guard<std::mutex> lock(pool_.mutex_);
-  pool_.unused_.reserve(++pool_.num_made_);  // so that the destructor cannot fail
-}
-
-DataPool::Loan::~Loan() {
-  const std::lock_guard<std::mutex> lock(pool_.mutex_);
-  pool_.unused_.push_back(std::move(data_));
 }
 
 }  // namespace walker::mujoco

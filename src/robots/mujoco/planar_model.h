@@ -1,12 +1,20 @@
-// Maps the parts of a planar robot to joints, bodies and actuators of its model.
+// Joints, bodies and actuators of a planar robot's model.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "robots/mujoco/engine.h"
+#include "walker_sim/observation_builder.h"
+#include "walker_sim/specification.h"
 
 namespace walker::mujoco {
+
+/// Number of the trunk's joints, the model's first: two slides and a hinge.
+constexpr int kBaseJoints = 3;
+
+/// Indices of the trunk's joints in MuJoCo's qpos and qvel.
+enum BaseIndex { kBaseX, kBaseZ, kBasePitch };
 
 /// A planar robot's model: a trunk on two slides and a hinge, and further hinges, each with a limb
 /// and a motor with a control range.
@@ -38,5 +46,14 @@ int carrier_of(const mjModel& model, int body);
 
 /// Returns the joint's torque at a control of 1; negative if the motor turns backwards [N m].
 double effort_per_control(const mjModel& model, int actuator);
+
+/// @param origin      of the trunk in the world [m]
+/// @param orientation of the trunk in the world
+/// @param position    receives the trunk's part of MuJoCo's qpos; the pitch is modulo whole turns
+void write_base_position(const mjModel& model, const Vector3& origin, const Quaternion& orientation,
+                         double* position);
+
+/// @param velocity receives the trunk's part of MuJoCo's qvel
+void write_base_velocity(const mjModel& model, const Measurements& measurements, double* velocity);
 
 }  // namespace walker::mujoco
