@@ -15,7 +15,7 @@
 #include <ros/publisher.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "agents/sensor_messages.h"
+#include "agents/sensor_topics.h"
 #include "agents/shipped_policy.h"
 #include "server/inbox.h"
 #include "server/topics/converters.h"

@@ -1,5 +1,5 @@
 // Compares our rotations with those of urdfdom.
-#include "description/poses.h"
+#include "description/link_tree.h"
 
 #include <gtest/gtest.h>
 #include <urdf_model/pose.h>

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "description/description_transforms.h"
-#include "description/poses.h"
+#include "description/link_tree.h"
 #include "description/source_file.h"
 #include "description/urdf.h"
 #include "description/urdf_geometry.h"

@@ -11,7 +11,6 @@
 
 #include "base/shortest_text.h"
 #include "description/link_tree.h"
-#include "description/poses.h"
 #include "server/markers/marker_shapes.h"
 
 namespace walker {
