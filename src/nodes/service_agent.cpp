@@ -87,10 +87,8 @@ void run() {
 }  // namespace walker
 
 int main(int argc, char** argv) {
-  const walker::NodeDescription node{"service_agent",
-                                     "service_agent",
+  const walker::NodeDescription node{"service_agent", "service_agent",
                                      "Drives a walker by the service ~step.",
-                                     walker::agent_parameters(),
-                                     {}};
+                                     walker::agent_parameters()};
   return walker::run_node(argc, argv, node, walker::run);
 }

@@ -171,10 +171,8 @@ void run() {
 }  // namespace walker
 
 int main(int argc, char** argv) {
-  const walker::NodeDescription node{"topic_agent",
-                                     "topic_agent",
+  const walker::NodeDescription node{"topic_agent", "topic_agent",
                                      "Drives a walker by topics, as on a robot.",
-                                     walker::agent_parameters(),
-                                     {}};
+                                     walker::agent_parameters()};
   return walker::run_node(argc, argv, node, walker::run);
 }

@@ -13,8 +13,10 @@ struct NodeDescription {
   std::string program;  ///< executable's name for rosrun
   std::string name;     ///< node name, unless __name:= sets another
   std::string summary;
-  std::vector<ParameterDescription> parameters;
-  std::vector<std::string> more_parameters;  ///< names that --help lists without a description
+  // GCC warns about a node without parameters unless there are initializers.
+  std::vector<ParameterDescription> parameters = {};  // NOLINT(readability-redundant-member-init)
+  /// Names that --help lists without a description.
+  std::vector<std::string> more_parameters = {};  // NOLINT(readability-redundant-member-init)
 };
 
 /// Returns the text of --help, which ends with a newline.
