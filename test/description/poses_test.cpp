@@ -1,28 +1,16 @@
 // Compares our rotations with those of urdfdom.
-#include "description/link_tree.h"
-
 #include <gtest/gtest.h>
-#include <urdf_model/pose.h>
 
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "description/urdf_geometry.h"
+
 namespace walker {
 namespace {
 
 constexpr double kTolerance = 1e-14;
-
-/// Expects both to rotate the axes alike; the quaternions' signs may differ.
-void expect_same_rotation(const Eigen::Quaterniond& expected, const urdf::Rotation& actual) {
-  for (const Vector3& axis : {Vector3{1, 0, 0}, Vector3{0, 1, 0}, Vector3{0, 0, 1}}) {
-    const Eigen::Vector3d turned = expected * to_eigen(axis);
-    const urdf::Vector3 other = actual * urdf::Vector3(axis[0], axis[1], axis[2]);
-    EXPECT_NEAR(turned.x(), other.x, kTolerance);
-    EXPECT_NEAR(turned.y(), other.y, kTolerance);
-    EXPECT_NEAR(turned.z(), other.z, kTolerance);
-  }
-}
 
 TEST(RollPitchYaw, ReadsBackAsTheSameRotation) {
   const double quarter = std::sqrt(0.5);
@@ -41,9 +29,9 @@ TEST(RollPitchYaw, ReadsBackAsTheSameRotation) {
   }
   for (const Quaternion& q : rotations) {
     const Vector3 angles = roll_pitch_yaw(q);
-    urdf::Rotation read;
-    read.setFromRPY(angles[0], angles[1], angles[2]);
-    expect_same_rotation(to_eigen(q), read);
+    urdf::Pose read;
+    read.rotation.setFromRPY(angles[0], angles[1], angles[2]);
+    expect_same_pose(to_urdf(Pose{{0, 0, 0}, q}), read, kTolerance, "rotation");
   }
 }
 

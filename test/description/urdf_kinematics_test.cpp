@@ -10,9 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "description/description_transforms.h"
-#include "description/link_tree.h"
-#include "description/source_file.h"
 #include "description/urdf.h"
 #include "description/urdf_geometry.h"
 #include "server/topics/converters.h"
@@ -57,12 +54,6 @@ void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
   stepper.reset(1);
   for (int step = 0; step < 300; ++step) {
     stepper.environment->sense(sensors);
-    const auto to_pose = [](const Pose& pose) {
-      urdf::Pose result;
-      result.position = to_urdf(pose.position);
-      result.rotation = to_urdf(pose.orientation);
-      return result;
-    };
     const std::function<urdf::Pose(const std::string&)> pose_of = [&](const std::string& link) {
       for (std::size_t i = 0; i < specification.joints.size(); ++i) {
         const Joint& joint = specification.joints[i];
@@ -70,11 +61,11 @@ void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
         return compose(pose_of(joint.parent),
                        pose_of_child(model, joint, sensors.joint_position[i]));
       }
-      return to_pose(sensors.link_poses[0]);
+      return to_urdf(sensors.link_poses[0]);
     };
     for (std::size_t i = 0; i < specification.links.size(); ++i) {
       const std::string& link = specification.links[i].name;
-      expect_same_pose(to_pose(sensors.link_poses[i]), pose_of(link), kTolerance, link);
+      expect_same_pose(to_urdf(sensors.link_poses[i]), pose_of(link), kTolerance, link);
     }
     expect_transforms_of(model, specification, sensors);
     if (testing::Test::HasFailure()) return;
