@@ -19,6 +19,10 @@ def parameter_text(value):
     return str(value)
 
 
+def assignments(parameters):
+    return [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
+
+
 class Pipe:
     """A process with the command protocol of test/pipe.h."""
 
@@ -30,9 +34,9 @@ class Pipe:
         self._process.stdout.close()
         self._process.wait()
 
-    def _ask(self, line, numbers=None):
+    def _ask(self, *words, numbers=None):
         payload = b"" if numbers is None else np.ascontiguousarray(numbers, np.float64).tobytes()
-        self._process.stdin.write(line.encode() + b"\n" + payload)
+        self._process.stdin.write("\t".join(map(str, words)).encode() + b"\n" + payload)
         self._process.stdin.flush()
         status, _, rest = self._process.stdout.readline().decode().rstrip("\n").partition(" ")
         if status != "ok":
@@ -51,24 +55,22 @@ class Rollout(Pipe):
         self._row_size = 0
 
     def make(self, environment_id, **parameters):
-        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
-        self._ask("\t".join(["make", environment_id, *texts]))
+        self._ask("make", environment_id, *assignments(parameters))
         self._row_size = len(self.spaces()[0]) + 3 + len(self.description()[0])
 
     def reset(self, seed=None):
         """Returns the reset's row, shape (row size,). Without a seed the generator continues."""
-        return np.frombuffer(self._ask(f"reset\t{'-' if seed is None else seed}"))
+        return np.frombuffer(self._ask("reset", "-" if seed is None else seed))
 
     def step(self, actions):
         """Steps until the actions, shape (n, action size), or the episode end. Returns the rows."""
-        answer = self._ask(f"step\t{len(actions)}", actions)
+        answer = self._ask("step", len(actions), numbers=actions)
         return np.frombuffer(answer).reshape(-1, self._row_size)
 
     def render(self, width, height, **camera):
         """Returns a picture of the current state, shape (height, width, 3)."""
         parameters = {"width": width, "height": height, **camera}
-        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
-        answer = self._ask("\t".join(["render", *texts]))
+        answer = self._ask("render", *assignments(parameters))
         return np.frombuffer(answer, np.uint8).reshape(height, width, 3)
 
     def generator_state(self):
@@ -89,15 +91,16 @@ class Rollout(Pipe):
 
     def act(self, observations):
         """Returns a new BipedalWalker heuristic's actions (n, 4) for observations (n, 24)."""
-        return np.frombuffer(self._ask(f"act\t{len(observations)}", observations)).reshape(-1, 4)
+        answer = self._ask("act", len(observations), numbers=observations)
+        return np.frombuffer(answer).reshape(-1, 4)
 
     def terrain(self, hardcore, seed):
         """Returns a BipedalWalker episode's random draws, see bipedal_walker_reference.terrain."""
-        return np.frombuffer(self._ask(f"terrain\t{int(hardcore)}\t{seed}"))
+        return np.frombuffer(self._ask("terrain", int(hardcore), seed))
 
     def random(self, seed, draws):
         """Returns the draws (see rollout.cpp) as doubles, and the generator's state."""
-        answer = self._ask("\t".join([f"random\t{seed}", *draws]))
+        answer = self._ask("random", seed, *draws)
         return np.frombuffer(answer[:-48]), np.frombuffer(answer[-48:], np.uint64)
 
 
@@ -113,10 +116,7 @@ class PoolRollout(Pipe):
         self._num_envs = 0
 
     def make(self, environment_id, mode, num_envs, num_threads, **parameters):
-        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
-        self._ask(
-            "\t".join(["make", environment_id, mode, str(num_envs), str(num_threads), *texts])
-        )
+        self._ask("make", environment_id, mode, num_envs, num_threads, *assignments(parameters))
         self._num_envs = num_envs
 
     def _rows(self, answer):
@@ -125,11 +125,11 @@ class PoolRollout(Pipe):
     def reset(self, seeds):
         """Resets the environments in the keys of `seeds`. A seed None continues the generator."""
         words = [f"{i}={'-' if seed is None else seed}" for i, seed in seeds.items()]
-        return self._rows(self._ask("\t".join(["reset", *words])))
+        return self._rows(self._ask("reset", *words))
 
     def step(self, actions):
         """actions: shape (num_envs, action size)."""
-        return self._rows(self._ask("step", actions))
+        return self._rows(self._ask("step", numbers=actions))
 
     def send_and_receive(self, actions):
-        return self._rows(self._ask("send", actions))
+        return self._rows(self._ask("send", numbers=actions))
