@@ -94,7 +94,8 @@ class WalkerReport {
     write({"episode", "seed", "steps", "return", "end"}, "", out_);
     environment_.reset();
     try {
-      environment_ = make_episode(spec.id, parameters_of(spec));
+      environment_ = make_episode(
+          spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
       EpisodeOptions options;
       options.records_actions = true;
       environment_->configure(options);

@@ -29,10 +29,6 @@ Parameters parameters_of(const std::string& id, const std::vector<std::string>& 
   return parse_assignments(parameter_descriptions(id), assignments);
 }
 
-Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
-  return parameters_of(message.id, message.parameter_names, message.parameter_values);
-}
-
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   check_sizes(message.spec.parameter_names, message.spec.parameter_values);
   EpisodeRecord record;

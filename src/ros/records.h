@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "episode/episode_record.h"
-#include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/EpisodeRecord.h"
 
 namespace walker {
@@ -15,7 +14,6 @@ namespace walker {
 ///         names and values differ
 Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
                          const std::vector<std::string>& values);
-Parameters parameters_of(const walker_sim::EnvironmentSpec& message);
 
 /// @throws std::invalid_argument if the numbers of parameter names and values differ
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);
