@@ -19,7 +19,7 @@
 #include "base/limits.h"
 #include "base/printable_text.h"
 #include "ros/checked_subscription.h"
-#include "ros/library_fixes.h"
+#include "ros/listening.h"
 #include "ros/throttle.h"
 #include "server/gazebo/physics_messages.h"
 #include "server/gazebo/physics_properties.h"
