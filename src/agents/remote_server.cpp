@@ -91,9 +91,10 @@ bool RemoteServer::wait_for_server() {
         waiting_reason_ = error.what();
         ROS_INFO_STREAM("Waiting for " << name() << ": " << waiting_reason_);
       }
+      ros::WallDuration(kPause).sleep();
     } catch (const Interrupted&) {  // the node shuts down
+      ros::WallDuration(kPause).sleep();
     }
-    ros::WallDuration(kPause).sleep();
   }
   return ros::ok();
 }

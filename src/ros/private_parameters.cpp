@@ -33,6 +33,7 @@ double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& e
 
 std::vector<double> to_list(const std::string& name, XmlRpc::XmlRpcValue& value) {
   std::vector<double> list;
+  list.reserve(value.size());
   for (int i = 0; i < value.size(); ++i) list.push_back(element_number(name, i, value[i]));
   return list;
 }
