@@ -11,25 +11,6 @@ function(walker_sim_fetch_engine engine out)
   set(${out} ${fetched} PARENT_SCOPE)
 endfunction()
 
-# Requires box2d-py 2.3.8. Our replacements of its files use its local variables and private
-# members, so another version may compile but give other bits.
-function(walker_sim_check_box2d folder)
-  set(expected 5d76681c6b77404c086840ca0197fab6eb1dbfecf4bd12acd2acc78efebe6cff)
-  file(GLOB_RECURSE files RELATIVE ${folder} ${folder}/Box2D/*.cpp ${folder}/Box2D/*.h)
-  list(SORT files)
-  set(hashes "")
-  foreach(file ${files})
-    file(SHA256 ${folder}/${file} hash)
-    string(APPEND hashes "${hash} ${file}\n")
-  endforeach()
-  string(SHA256 found "${hashes}")
-  if(NOT found STREQUAL expected)
-    message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${folder}: must hold the C++ sources of box2d-py 2.3.8 "
-      "as they are. Their hashes together hash to ${found}; must be ${expected}. An empty "
-      "BOX2D_SOURCE_DIR fetches them")
-  endif()
-endfunction()
-
 # ---------------------------------------------------------------- Box2D
 set(box2d_source ${BOX2D_SOURCE_DIR})
 if(NOT box2d_source)
@@ -38,7 +19,22 @@ endif()
 if(NOT EXISTS "${box2d_source}/Box2D/Box2D.h")
   message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${box2d_source}: must hold Box2D/Box2D.h of box2d-py 2.3.8")
 endif()
-walker_sim_check_box2d(${box2d_source})
+# Our replacements of its files use its local variables and private members, so another version
+# may compile but give other bits.
+set(expected 5d76681c6b77404c086840ca0197fab6eb1dbfecf4bd12acd2acc78efebe6cff)
+file(GLOB_RECURSE files RELATIVE ${box2d_source} ${box2d_source}/Box2D/*.cpp ${box2d_source}/Box2D/*.h)
+list(SORT files)
+set(hashes "")
+foreach(file ${files})
+  file(SHA256 ${box2d_source}/${file} hash)
+  string(APPEND hashes "${hash} ${file}\n")
+endforeach()
+string(SHA256 found "${hashes}")
+if(NOT found STREQUAL expected)
+  message(FATAL_ERROR "BOX2D_SOURCE_DIR = ${box2d_source}: must hold the C++ sources of box2d-py 2.3.8 "
+    "as they are. Their hashes together hash to ${found}; must be ${expected}. An empty "
+    "BOX2D_SOURCE_DIR fetches them")
+endif()
 set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/robots/bipedal_walker/box2d_pinned)
 file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
 list(FILTER box2d_sources EXCLUDE REGEX "/Common/b2BlockAllocator.cpp$")

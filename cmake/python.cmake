@@ -3,7 +3,7 @@
 unset(Python_FOUND)
 unset(Python3_FOUND)
 find_package(pybind11 REQUIRED)
-include(src/python/sources.cmake)
+walker_sim_sources(python_sources python)
 add_library(walker_sim_python MODULE ${python_sources})
 pybind11_extension(walker_sim_python)
 set_target_properties(walker_sim_python PROPERTIES OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden

@@ -1,7 +1,7 @@
 # The libraries and programs of the ROS package.
-foreach(room agents description replay ros server)
-  include(src/${room}/sources.cmake)
-endforeach()
+walker_sim_sources(agents_sources agents)
+walker_sim_sources(server_sources description ros server)
+walker_sim_sources(replay_sources replay)
 add_library(walker_sim_agents STATIC ${agents_sources})
 add_library(walker_sim_server STATIC ${server_sources})
 find_library(TINYXML2_LIBRARY tinyxml2)

@@ -19,6 +19,10 @@ def parameter_text(value):
     return str(value)
 
 
+def assignments(parameters):
+    return [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
+
+
 class Rollout:
     """A rollout.cpp process, which holds at most one environment.
 
@@ -35,9 +39,9 @@ class Rollout:
         self._process.stdout.close()
         self._process.wait()
 
-    def _ask(self, line, numbers=None):
+    def _ask(self, *words, numbers=None):
         payload = b"" if numbers is None else np.ascontiguousarray(numbers, np.float64).tobytes()
-        self._process.stdin.write(line.encode() + b"\n" + payload)
+        self._process.stdin.write("\t".join(map(str, words)).encode() + b"\n" + payload)
         self._process.stdin.flush()
         status, _, rest = self._process.stdout.readline().decode().rstrip("\n").partition(" ")
         if status != "ok":
@@ -45,24 +49,22 @@ class Rollout:
         return self._process.stdout.read(int(rest))
 
     def make(self, environment_id, **parameters):
-        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
-        self._ask("\t".join(["make", environment_id, *texts]))
+        self._ask("make", environment_id, *assignments(parameters))
         self._row_size = len(self.spaces()[0]) + 3 + len(self.description()[0])
 
     def reset(self, seed=None):
         """Returns the reset's row, shape (row size,). Without a seed the generator continues."""
-        return np.frombuffer(self._ask(f"reset\t{'-' if seed is None else seed}"))
+        return np.frombuffer(self._ask("reset", "-" if seed is None else seed))
 
     def step(self, actions):
         """Steps until the actions, shape (n, action size), or the episode end. Returns the rows."""
-        answer = self._ask(f"step\t{len(actions)}", actions)
+        answer = self._ask("step", len(actions), numbers=actions)
         return np.frombuffer(answer).reshape(-1, self._row_size)
 
     def render(self, width, height, **camera):
         """Returns a picture of the current state, shape (height, width, 3)."""
         parameters = {"width": width, "height": height, **camera}
-        texts = [f"{name}={parameter_text(value)}" for name, value in parameters.items()]
-        answer = self._ask("\t".join(["render", *texts]))
+        answer = self._ask("render", *assignments(parameters))
         return np.frombuffer(answer, np.uint8).reshape(height, width, 3)
 
     def generator_state(self):
@@ -83,13 +85,14 @@ class Rollout:
 
     def act(self, observations):
         """Returns a new BipedalWalker heuristic's actions (n, 4) for observations (n, 24)."""
-        return np.frombuffer(self._ask(f"act\t{len(observations)}", observations)).reshape(-1, 4)
+        answer = self._ask("act", len(observations), numbers=observations)
+        return np.frombuffer(answer).reshape(-1, 4)
 
     def terrain(self, hardcore, seed):
         """Returns a BipedalWalker episode's random draws, see bipedal_walker_reference.terrain."""
-        return np.frombuffer(self._ask(f"terrain\t{int(hardcore)}\t{seed}"))
+        return np.frombuffer(self._ask("terrain", int(hardcore), seed))
 
     def random(self, seed, draws):
         """Returns the draws (see rollout.cpp) as doubles, and the generator's state."""
-        answer = self._ask("\t".join([f"random\t{seed}", *draws]))
+        answer = self._ask("random", seed, *draws)
         return np.frombuffer(answer[:-48]), np.frombuffer(answer[-48:], np.uint64)

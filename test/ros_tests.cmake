@@ -80,6 +80,7 @@ endfunction()
 function(walker_sim_add_ros_program name)
   add_executable(${name} EXCLUDE_FROM_ALL ${ARGN})
   target_include_directories(${name} PRIVATE test)
+  target_compile_definitions(${name} PRIVATE WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_compile_options(${name} PRIVATE ${test_options})
   target_include_directories(${name} SYSTEM PRIVATE ${tf2_INCLUDE_DIRS} ${urdf_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE walker_sim_agents walker_sim_server walker_sim_flags

@@ -3,10 +3,12 @@
 # builds.
 set(stage ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh)
 
-# walker_sim_add_stage(NAME LABEL COMMAND...)
+# walker_sim_add_stage(NAME LABEL [MAKES FIXTURE] [NEEDS FIXTURE] COMMAND WORD...)
 function(walker_sim_add_stage name label)
-  add_test(NAME ${name} COMMAND ${ARGN})
-  set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT 1500)
+  cmake_parse_arguments(add "" "MAKES;NEEDS" "COMMAND" ${ARGN})
+  add_test(NAME ${name} COMMAND ${add_COMMAND})
+  set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT 1500
+    FIXTURES_SETUP "${add_MAKES}" FIXTURES_REQUIRED "${add_NEEDS}")
 endfunction()
 
 # ---------------------------------------------------------------- lints
@@ -23,29 +25,26 @@ if(is_debian_12)
   list(APPEND lints catkin cppcheck mypy shellcheck)
 endif()
 foreach(name ${lints})
-  walker_sim_add_stage(lint_${name} short ${lint} ${name})
+  walker_sim_add_stage(lint_${name} short COMMAND ${lint} ${name})
 endforeach()
-walker_sim_add_stage(lint_clang_tidy_changed short ${lint} clang_tidy)
-walker_sim_add_stage(lint_clang_tidy nightly ${lint} clang_tidy all)
+walker_sim_add_stage(lint_clang_tidy_changed short COMMAND ${lint} clang_tidy)
+walker_sim_add_stage(lint_clang_tidy nightly COMMAND ${lint} clang_tidy all)
 set_tests_properties(lint_clang_tidy PROPERTIES TIMEOUT 5400)
 
 # ---------------------------------------------------------------- README's first command
 # Like readme_test, it first builds what is missing, so the two must not run concurrently.
-walker_sim_add_stage(walks long ${CMAKE_CURRENT_SOURCE_DIR}/test/walks.sh)
+walker_sim_add_stage(walks long COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/walks.sh)
 set_tests_properties(walks readme_test PROPERTIES RESOURCE_LOCK set_up)
 
 # ---------------------------------------------------------------- the install space
-walker_sim_add_stage(install_workspace long ${stage} workspace)
-set_tests_properties(install_workspace PROPERTIES FIXTURES_SETUP install_space COST 2)
+walker_sim_add_stage(install_workspace long MAKES install_space COMMAND ${stage} workspace)
+set_tests_properties(install_workspace PROPERTIES COST 2)
 foreach(path python/package_ros_test exports_test)
   get_filename_component(name ${path} NAME)
-  walker_sim_add_stage(install_${name} long ${stage} installed pytest
-    ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
-  set_tests_properties(install_${name} PROPERTIES FIXTURES_REQUIRED install_space)
+  walker_sim_add_stage(install_${name} long NEEDS install_space
+    COMMAND ${stage} installed pytest ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
 endforeach()
-
-walker_sim_add_stage(install_my_walker_pkg long ${stage} my_walker_pkg)
-set_tests_properties(install_my_walker_pkg PROPERTIES FIXTURES_REQUIRED install_space)
+walker_sim_add_stage(install_my_walker_pkg long NEEDS install_space COMMAND ${stage} my_walker_pkg)
 
 # ---------------------------------------------------------------- pip's wheel
 # One wheel per installed Python, tested with the oldest and the newest packages. Only the oldest and the
@@ -66,29 +65,29 @@ foreach(version ${versions})
   if(version EQUAL oldest OR version EQUAL newest)
     set(label long)
   endif()
-  walker_sim_add_stage(wheel_3.${version} ${label} ${stage} wheel ${python})
-  set_tests_properties(wheel_3.${version} PROPERTIES FIXTURES_SETUP wheel_3.${version} COST 2)
-  walker_sim_add_stage(wheel_3.${version}_oldest ${label} ${stage} wheel_suite ${python} oldest)
-  walker_sim_add_stage(wheel_3.${version}_newest ${label} ${stage} wheel_suite ${python} newest)
-  walker_sim_add_stage(wheel_3.${version}_readme ${label} ${stage} wheel_readme ${python})
-  set_tests_properties(wheel_3.${version}_oldest wheel_3.${version}_newest wheel_3.${version}_readme
-    PROPERTIES FIXTURES_REQUIRED wheel_3.${version})
+  set(wheel wheel_3.${version})
+  walker_sim_add_stage(${wheel} ${label} MAKES ${wheel} COMMAND ${stage} wheel ${python})
+  set_tests_properties(${wheel} PROPERTIES COST 2)
+  foreach(age oldest newest)
+    walker_sim_add_stage(${wheel}_${age} ${label} NEEDS ${wheel}
+      COMMAND ${stage} wheel_suite ${python} ${age})
+  endforeach()
+  walker_sim_add_stage(${wheel}_readme ${label} NEEDS ${wheel} COMMAND ${stage} wheel_readme ${python})
 endforeach()
 
 # The source package, and the portable wheel built from it, which is repaired and tested.
-walker_sim_add_stage(scripts_wheels_test nightly ${WALKER_SIM_TEST_PYTHON} -m pytest -q
+walker_sim_add_stage(scripts_wheels_test nightly COMMAND ${WALKER_SIM_TEST_PYTHON} -m pytest -q
   -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/wheels_test.py)
 
 # ---------------------------------------------------------------- the documentation's site
-walker_sim_add_stage(docs_site long ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
+walker_sim_add_stage(docs_site long COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
 
 # ---------------------------------------------------------------- examples
 # Runs each file of examples/ as a user does, and the suites that need the same large packages. The
 # requirements fit Debian 12's Python, PyTorch and NumPy.
 function(walker_sim_add_example name label learner suite)
-  walker_sim_add_stage(examples_${name} ${label} ${stage} example ${learner}
-    ${CMAKE_CURRENT_SOURCE_DIR}/test/${suite})
-  set_tests_properties(examples_${name} PROPERTIES FIXTURES_REQUIRED examples_${learner})
+  walker_sim_add_stage(examples_${name} ${label} NEEDS examples_${learner}
+    COMMAND ${stage} example ${learner} ${CMAKE_CURRENT_SOURCE_DIR}/test/${suite})
 endfunction()
 
 if(is_debian_12)
@@ -97,8 +96,8 @@ if(is_debian_12)
     if(learner STREQUAL "ray")
       set(label nightly)
     endif()
-    walker_sim_add_stage(examples_set_up_${learner} ${label} ${stage} example_venv ${learner})
-    set_tests_properties(examples_set_up_${learner} PROPERTIES FIXTURES_SETUP examples_${learner})
+    walker_sim_add_stage(examples_set_up_${learner} ${label} MAKES examples_${learner}
+      COMMAND ${stage} example_venv ${learner})
   endforeach()
   walker_sim_add_example(sb3 long sb3 python/sb3_test.py)
   walker_sim_add_example(sb3_make_vec_env long sb3 python/sb3_make_vec_env_test.py)
@@ -114,23 +113,19 @@ endif()
 # ---------------------------------------------------------------- suites and clients of other projects
 # docs/compatibility.md lists the results.
 if(is_debian_12)
-  walker_sim_add_stage(python_suites_sb3 long ${stage} sb3_suite)
-  set_tests_properties(python_suites_sb3 PROPERTIES FIXTURES_REQUIRED examples_sb3)
-  walker_sim_add_stage(python_rosnodejs_set_up long ${stage} rosnodejs_modules)
-  set_tests_properties(python_rosnodejs_set_up PROPERTIES FIXTURES_SETUP rosnodejs)
-  walker_sim_add_stage(python_rosnodejs_test long ${stage} rosnodejs
-    ${CMAKE_CURRENT_SOURCE_DIR}/test/python/rosnodejs_test.py)
-  set_tests_properties(python_rosnodejs_test PROPERTIES FIXTURES_REQUIRED rosnodejs)
+  walker_sim_add_stage(python_suites_sb3 long NEEDS examples_sb3 COMMAND ${stage} sb3_suite)
+  walker_sim_add_stage(python_rosnodejs_set_up long MAKES rosnodejs COMMAND ${stage} rosnodejs_modules)
+  walker_sim_add_stage(python_rosnodejs_test long NEEDS rosnodejs
+    COMMAND ${stage} rosnodejs ${CMAKE_CURRENT_SOURCE_DIR}/test/python/rosnodejs_test.py)
 endif()
 
 # TorchRL's example runs in a Debian 13 root file system, with the wheel for its Python.
 if(python_3_13 AND is_debian_12)
-  walker_sim_add_stage(examples_set_up_torchrl nightly ${stage} torchrl_root ${python_3_13})
-  set_tests_properties(examples_set_up_torchrl PROPERTIES
-    FIXTURES_SETUP examples_torchrl FIXTURES_REQUIRED wheel_3.13 COST 2)
-  walker_sim_add_stage(examples_torchrl_ppo nightly ${stage} torchrl
-    ${CMAKE_CURRENT_SOURCE_DIR}/test/examples/torchrl_ppo_test.py)
-  set_tests_properties(examples_torchrl_ppo PROPERTIES FIXTURES_REQUIRED examples_torchrl)
+  walker_sim_add_stage(examples_set_up_torchrl nightly MAKES examples_torchrl NEEDS wheel_3.13
+    COMMAND ${stage} torchrl_root ${python_3_13})
+  set_tests_properties(examples_set_up_torchrl PROPERTIES COST 2)
+  walker_sim_add_stage(examples_torchrl_ppo nightly NEEDS examples_torchrl
+    COMMAND ${stage} torchrl ${CMAKE_CURRENT_SOURCE_DIR}/test/examples/torchrl_ppo_test.py)
 else()
   message(STATUS "examples_torchrl_ppo is left out: it needs Debian 12 and a Python 3.13")
 endif()

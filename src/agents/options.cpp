@@ -1,4 +1,4 @@
-#include "agents/agents.h"
+#include "agents/options.h"
 
 #include <sstream>
 #include <stdexcept>

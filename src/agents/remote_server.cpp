@@ -82,33 +82,34 @@ bool RemoteServer::call(const std::function<void(Client&)>& request) {
 
 bool RemoteServer::wait_for_server() {
   // On the wall clock: simulation time stands still until the server's first step.
-  while (ros::ok() && !client_ && !connect()) ros::WallDuration(kPause).sleep();
+  while (ros::ok() && !client_) {
+    try {
+      connect();
+      break;
+    } catch (const ConnectionError& error) {
+      if (waiting_reason_ != error.what()) {
+        waiting_reason_ = error.what();
+        ROS_INFO_STREAM("Waiting for " << name() << ": " << waiting_reason_);
+      }
+      ros::WallDuration(kPause).sleep();
+    } catch (const Interrupted&) {  // the node shuts down
+      ros::WallDuration(kPause).sleep();
+    }
+  }
   return ros::ok();
 }
 
-/// @return whether the server is connected
-bool RemoteServer::connect() {
-  try {
-    auto client = std::make_unique<Client>(options_);
-    const ServerSpecification received = client->specification();
-    if (!first_specification_) first_specification_ = received;
-    if (!is_same_environment(received, *first_specification_)) {
-      throw std::runtime_error(
-          name() + " was started again with another environment: " + received.id + " after " +
-          first_specification_->id + "; start the agent again as well");
-    }
-    client_ = std::move(client);
-    waiting_reason_.clear();
-    return true;
-  } catch (const ConnectionError& error) {
-    if (waiting_reason_ != error.what()) {
-      waiting_reason_ = error.what();
-      ROS_INFO_STREAM("Waiting for " << name() << ": " << waiting_reason_);
-    }
-  } catch (const Interrupted&) {
-    return false;  // the node shuts down
+void RemoteServer::connect() {
+  auto client = std::make_unique<Client>(options_);
+  const ServerSpecification received = client->specification();
+  if (!first_specification_) first_specification_ = received;
+  if (!is_same_environment(received, *first_specification_)) {
+    throw std::runtime_error(
+        name() + " was started again with another environment: " + received.id + " after " +
+        first_specification_->id + "; start the agent again as well");
   }
-  return false;
+  client_ = std::move(client);
+  waiting_reason_.clear();
 }
 
 }  // namespace walker

@@ -37,7 +37,7 @@ class RemoteServer {
 
  private:
   bool wait_for_server();
-  bool connect();
+  void connect();
 
   ClientOptions options_;
   std::unique_ptr<Client> client_;                          // null: not connected

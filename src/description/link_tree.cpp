@@ -1,9 +1,8 @@
 #include "description/link_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
-
-#include "description/poses.h"
 
 namespace walker {
 namespace {

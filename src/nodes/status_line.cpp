@@ -82,7 +82,7 @@ void print_status() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const walker::NodeDescription node{
-      "status_line", "status_line", "Prints one line per second on how a walker fares.", {}, {}};
+  const walker::NodeDescription node{"status_line", "status_line",
+                                     "Prints one line per second on how a walker fares."};
   return walker::run_node(argc, argv, node, print_status);
 }

@@ -57,15 +57,9 @@ void write(const Row& row, const std::string& verdict, std::ostream& out) {
   out << line.str() << '\n' << std::flush;  // shows progress in a long recording
 }
 
-/// @throws std::invalid_argument if the episode was recorded in an environment, or with an engine,
-///         other than this one
-void check_origin(EpisodeRecord record, const Specification& specification) {
-  EpisodeRecord origin;
-  origin.id = std::move(record.id);
-  origin.parameters = std::move(record.parameters);
-  origin.engine = std::move(record.engine);
-  origin.engine_version = std::move(record.engine_version);
-  check_repeatable(origin, specification);
+/// Returns the record without its episode: the environment and the engine.
+EpisodeRecord origin_of(const EpisodeRecord& record) {
+  return {record.id, record.parameters, record.engine, record.engine_version, {}, {}, 0, {}, {}};
 }
 
 /// Repeats the episodes of one publisher in the order of recording.
@@ -100,7 +94,8 @@ class WalkerReport {
     write({"episode", "seed", "steps", "return", "end"}, "", out_);
     environment_.reset();
     try {
-      environment_ = make_episode(spec.id, parameters_of(spec));
+      environment_ = make_episode(
+          spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
       EpisodeOptions options;
       options.records_actions = true;
       environment_->configure(options);
@@ -122,7 +117,7 @@ class WalkerReport {
     try {
       if (!environment_) throw std::invalid_argument(unsupported_reason_);
       record = to_record(message);
-      check_origin(record, environment_->specification());
+      check_repeatable(origin_of(record), environment_->specification());
       if (record.checksums.empty()) throw std::invalid_argument("the record has no checksums");
     } catch (const std::exception& error) {
       ++counts_.not_compared;

@@ -22,17 +22,20 @@ std::string name_variable() {
   return {};
 }
 
+/// Returns whether ROS_HOSTNAME or ROS_IP restricts this node to the loopback interface: localhost,
+/// ::1 or 127.*, as in roscpp's `Transport` and rospy's `get_bind_address`. If neither is set, ROS
+/// uses the machine's host name, and a node listens on every address.
+bool is_loopback_only() {
+  const std::string& host = ros::network::getHost();
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
 template <typename Address>
 int bind_to(int descriptor, const Address& address) {
   return static_cast<int>(syscall(SYS_bind, descriptor, &address, sizeof(address)));
 }
 
 }  // namespace
-
-bool is_loopback_only() {
-  const std::string& host = ros::network::getHost();
-  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
 
 std::string listening_addresses() {
   const std::string variable = name_variable();

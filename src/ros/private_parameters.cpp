@@ -16,9 +16,11 @@
 namespace walker {
 namespace {
 
-/// Parses a list element that is a string. Lists hold doubles, which cannot represent every integer
-/// from 2^53 on: a seed would change silently.
+/// Lists hold doubles, which cannot represent every integer from 2^53 on: a seed that is a string
+/// would change silently.
 double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& element) {
+  if (element.getType() == XmlRpc::XmlRpcValue::TypeInt) return static_cast<int>(element);
+  if (element.getType() == XmlRpc::XmlRpcValue::TypeDouble) return static_cast<double>(element);
   const bool is_text = element.getType() == XmlRpc::XmlRpcValue::TypeString;
   const std::string text = is_text ? static_cast<std::string>(element) : element.toXml();
   const std::optional<double> number = is_text ? parse_number(text) : std::nullopt;
@@ -31,16 +33,8 @@ double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& e
 
 std::vector<double> to_list(const std::string& name, XmlRpc::XmlRpcValue& value) {
   std::vector<double> list;
-  for (int i = 0; i < value.size(); ++i) {
-    XmlRpc::XmlRpcValue& element = value[i];
-    if (element.getType() == XmlRpc::XmlRpcValue::TypeInt) {
-      list.push_back(static_cast<int>(element));
-    } else if (element.getType() == XmlRpc::XmlRpcValue::TypeDouble) {
-      list.push_back(static_cast<double>(element));
-    } else {
-      list.push_back(element_number(name, i, element));
-    }
-  }
+  list.reserve(value.size());
+  for (int i = 0; i < value.size(); ++i) list.push_back(element_number(name, i, value[i]));
   return list;
 }
 

@@ -11,9 +11,7 @@
 namespace walker {
 namespace {
 
-using Texts = std::vector<std::string>;
-
-void check_sizes(const Texts& names, const Texts& values) {
+void check_sizes(const std::vector<std::string>& names, const std::vector<std::string>& values) {
   if (names.size() == values.size()) return;
   throw std::invalid_argument("parameter_values has " + std::to_string(values.size()) +
                               " values; must have " + std::to_string(names.size()) +
@@ -31,21 +29,6 @@ Parameters parameters_of(const std::string& id, const std::vector<std::string>& 
   return parse_assignments(parameter_descriptions(id), assignments);
 }
 
-Parameters parameters_of(const walker_sim::EnvironmentSpec& message) {
-  return parameters_of(message.id, message.parameter_names, message.parameter_values);
-}
-
-std::optional<std::uint64_t> seed_of(const walker_sim::Episode& message) {
-  if (message.has_seed == 0) return std::nullopt;
-  return message.seed;
-}
-
-GeneratorState generator_state_of(const walker_sim::Episode& message) {
-  GeneratorState state{};
-  std::copy(message.generator_state.begin(), message.generator_state.end(), state.begin());
-  return state;
-}
-
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   check_sizes(message.spec.parameter_names, message.spec.parameter_values);
   EpisodeRecord record;
@@ -56,8 +39,9 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   }
   record.engine = message.spec.engine;
   record.engine_version = message.spec.engine_version;
-  record.seed = seed_of(message.episode);
-  record.generator_state = generator_state_of(message.episode);
+  if (message.episode.has_seed != 0) record.seed = message.episode.seed;
+  std::copy(message.episode.generator_state.begin(), message.episode.generator_state.end(),
+            record.generator_state.begin());
   record.num_steps = message.episode.length;
   record.actions = message.actions;
   record.checksums = message.checksums;

@@ -1,14 +1,11 @@
 // Conversion of episode records from messages to the core's types.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "episode/episode.h"
-#include "walker_sim/EnvironmentSpec.h"
-#include "walker_sim/Episode.h"
+#include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/EpisodeRecord.h"
 
 namespace walker {
@@ -18,12 +15,6 @@ namespace walker {
 ///         names and values differ
 Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
                          const std::vector<std::string>& values);
-Parameters parameters_of(const walker_sim::EnvironmentSpec& message);
-
-/// Returns the seed with which the episode began; nullopt: the generator continued.
-std::optional<std::uint64_t> seed_of(const walker_sim::Episode& message);
-
-GeneratorState generator_state_of(const walker_sim::Episode& message);
 
 /// @throws std::invalid_argument if the numbers of parameter names and values differ
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);

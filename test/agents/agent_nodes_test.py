@@ -22,7 +22,15 @@ from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import GetSpec, GetSpecResponse, Reset, ResetResponse
 
+AGENTS = ("service_agent", "topic_agent")
 PROMPT = 15  # shutdown timeout [s], wall time
+SENSORS = {"/joint_states", "/imu", "/odom", "/contacts", "/scan"}
+
+
+def heard():
+    """Returns the topics to which the agent subscribes."""
+    subscribers = rosgraph.Master("agent_nodes_test").getSystemState()[1]
+    return {topic for topic, nodes in subscribers if "/agent" in nodes}
 
 
 def huge(message_class):
@@ -58,21 +66,18 @@ class AgentNodesTest(ServerTest):
 
     def test_invalid_parameters_are_named(self):
         self.serve(mode="lockstep")
-        for node_type in ("service_agent", "topic_agent"):
-            self.assert_refused(
-                node_type, ["agent", "runner", "heuristic", "random"], agent="runner"
-            )
-            self.assert_refused(node_type, ["sedes", "seeds"], sedes="1")
-            self.assert_refused(node_type, ["seeds", "-3"], seeds="1 -3")
-            self.assert_refused(node_type, ["seeds", "1.0e+300", "18446744073709"], seeds=[1e300])
-            self.assert_refused(node_type, ["episodes", "-1"], episodes=-1)
-            self.assert_refused(
-                node_type, ["episodes = 1.0e+300", "[0, 4294967295]"], episodes=1e300
-            )
-            self.assert_refused(node_type, ["stamp_tolerance", "-0.1"], stamp_tolerance=-0.1)
-            self.assert_refused(
-                node_type, ["real_time_factor = 1001.0", "1000.0]"], real_time_factor="1.001e3"
-            )
+        for name, value, words in (
+            ("agent", "runner", ["agent", "runner", "heuristic", "random"]),
+            ("sedes", "1", ["sedes", "seeds"]),
+            ("seeds", "1 -3", ["seeds", "-3"]),
+            ("seeds", [1e300], ["seeds", "1.0e+300", "18446744073709"]),
+            ("episodes", -1, ["episodes", "-1"]),
+            ("episodes", 1e300, ["episodes = 1.0e+300", "[0, 4294967295]"]),
+            ("stamp_tolerance", -0.1, ["stamp_tolerance", "-0.1"]),
+            ("real_time_factor", "1.001e3", ["real_time_factor = 1001.0", "1000.0]"]),
+        ):
+            for node_type in AGENTS:
+                self.assert_refused(node_type, words, **{name: value})
 
     def test_an_unsuitable_policy_is_named(self):
         self.serve(mode="lockstep")
@@ -83,7 +88,7 @@ class AgentNodesTest(ServerTest):
             other = os.path.join(
                 rospkg.RosPack().get_path("walker_sim"), "assets/policies/Walker2d-v5.safetensors"
             )
-            for node_type in ("service_agent", "topic_agent"):
+            for node_type in AGENTS:
                 for policy, words in (
                     ("missing.safetensors", ["missing.safetensors", "cannot be read"]),
                     (broken, [broken, "header"]),
@@ -96,7 +101,7 @@ class AgentNodesTest(ServerTest):
 
     def test_several_environments_are_refused(self):
         self.serve(mode="lockstep", num_envs=3)
-        for node_type in ("service_agent", "topic_agent"):
+        for node_type in AGENTS:
             self.assert_refused(node_type, ["num_envs = 3", "drives 1", "~step_batch"])
 
     def test_env_excludes_seeds(self):
@@ -112,11 +117,8 @@ class AgentNodesTest(ServerTest):
         for parameters in ({}, {"env": "BipedalWalker-v3"}):
             agent = self.start_agent("topic_agent", **parameters)
             transitions.wait(lambda m: any(m.action), "steps of the agent")
-            subscribers = rosgraph.Master("agent_nodes_test").getSystemState()[1]
-            heard = {topic for topic, nodes in subscribers if "/agent" in nodes}
-            sensors = {"/joint_states", "/imu", "/odom", "/contacts", "/scan"}
-            self.assertLessEqual(heard, sensors | {"/episode", "/clock"})
-            self.assertLessEqual(sensors, heard)
+            self.assertLessEqual(heard(), SENSORS | {"/episode", "/clock"})
+            self.assertLessEqual(SENSORS, heard())
             self.assertEqual(agent.stop(signal.SIGINT, PROMPT), 0, agent.output())
             # The server holds the last command for half a second.
             transitions.clear()
@@ -172,13 +174,7 @@ class AgentNodesTest(ServerTest):
         self.serve(auto_reset=False)
         transitions = self.record("/transition", Transition)
         agent = self.start_agent("topic_agent", ["effort_command:=/elsewhere"], seeds="5")
-
-        def hears_all():
-            subscribers = rosgraph.Master("agent_nodes_test").getSystemState()[1]
-            heard = {topic for topic, nodes in subscribers if "/agent" in nodes}
-            return {"/joint_states", "/imu", "/odom", "/contacts", "/scan", "/episode"} <= heard
-
-        wait_for(hears_all, "the agent's subscriptions")
+        wait_for(lambda: SENSORS | {"/episode"} <= heard(), "the agent's subscriptions")
         transitions.wait()
         time.sleep(2)  # time for an unwanted reset; the walker may have fallen
         self.assertEqual({m.episode for m in transitions.messages()}, {1})

@@ -13,35 +13,27 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
 
-#include "agents/shipped_policy.h"
+#include "agents/robot.h"
 #include "robots/bipedal_walker/heuristic.h"
-#include "server/inbox.h"
-#include "server/twin.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/Transition.h"
-#include "walker_sim/agent.h"
 
 namespace walker::test {
 namespace {
 
 const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_test.test
 
-std::unique_ptr<Agent> make_heuristic(const Specification& specification) {
-  return make_agent("heuristic", specification, 0);
-}
-
-using MakeAgent = std::unique_ptr<Agent> (*)(const Specification&);
-
-Twin play(const std::string& id, MakeAgent make_agent, std::uint64_t seed, std::uint32_t& length) {
+Twin play(const std::string& id, const std::string& name, std::uint64_t seed,
+          std::uint32_t& length) {
   Twin twin(id);
-  const auto agent = make_agent(twin.environment().specification());
+  const auto agent = make_node_agent(name, twin.environment().specification());
   twin.reset(seed);
   for (length = 0; !twin.has_ended(); ++length) twin.step(agent->act(twin.observation()));
   return twin;
 }
 
 void expect_equal_episodes(const std::string& name_space, const std::string& id,
-                           MakeAgent make_agent = make_heuristic) {
+                           const std::string& agent = "heuristic") {
   ros::NodeHandle node;
   Inbox<walker_sim::Episode> episodes(node, name_space + "/episode");
   // Covers each seed once, and one episode more, from the agent's present episode.
@@ -56,7 +48,7 @@ void expect_equal_episodes(const std::string& name_space, const std::string& id,
     if (told.length == 0) continue;
     ++ends[told.seed];
     std::uint32_t length = 0;
-    const Twin twin = play(id, make_agent, told.seed, length);
+    const Twin twin = play(id, agent, told.seed, length);
     EXPECT_EQ(told.length, length) << "seed " << told.seed;
     EXPECT_EQ(bits({told.episode_return}), bits({twin.episode_return()})) << "seed " << told.seed;
     EXPECT_NE(told.end_reason.find(twin.end_reason()), std::string::npos) << told.end_reason;
@@ -73,7 +65,7 @@ TEST(ServiceAgent, PlaysWalker2dsHeuristicToTheBit) {
 }
 
 TEST(ServiceAgent, PlaysTheShippedPolicyToTheBit) {
-  expect_equal_episodes("/lockstep_policy", "BipedalWalker-v3", make_shipped_policy);
+  expect_equal_episodes("/lockstep_policy", "BipedalWalker-v3", "policy");
 }
 
 TEST(ServiceAgent, WithoutSeedsTheGeneratorContinues) {

@@ -15,15 +15,22 @@
 #include <ros/publisher.h>
 #include <std_msgs/Float64MultiArray.h>
 
-#include "agents/sensor_messages.h"
-#include "agents/shipped_policy.h"
+#include "agents/options.h"
+#include "agents/sensor_topics.h"
 #include "server/inbox.h"
 #include "server/topics/converters.h"
 #include "server/twin.h"
-#include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
 namespace walker::test {
+
+/// Makes the agent of a node with this ~agent: heuristic, or policy, which is the shipped one.
+inline std::unique_ptr<Agent> make_node_agent(const std::string& name,
+                                              const Specification& specification) {
+  AgentOptions options{};
+  options.agent = name;
+  return make_agent(options, specification);
+}
 
 struct Messages {
   sensor_msgs::JointState joints;
@@ -50,8 +57,7 @@ class Robot {
       : node_(space),
         body_(id),
         builder_(make_observation_builder(id)),
-        mind_(agent == "policy" ? make_shipped_policy(specification())
-                                : make_agent(agent, specification(), 0)),
+        mind_(make_node_agent(agent, specification())),
         joints_(node_.advertise<sensor_msgs::JointState>("joint_states", 10)),
         imu_(node_.advertise<sensor_msgs::Imu>("imu", 10)),
         odometry_(node_.advertise<nav_msgs::Odometry>("odom", 10)),

@@ -1,15 +1,32 @@
-// Frames and joints of a robot description, computed with urdfdom's rotations.
+// Robot descriptions, read by urdfdom: their frames, and comparisons with specifications and with a
+// server's transforms.
 #pragma once
 
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
 #include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
 #include <string>
+#include <tuple>
+#include <vector>
 
-#include "walker_sim/specification.h"
+#include <tf2_msgs/TFMessage.h>
+
+#include "description/link_tree.h"
 
 namespace walker {
+
+/// Returns the content of a file of the package's source.
+inline std::string read_source(const std::string& path) {
+  std::ifstream file(WALKER_SIM_SOURCE_DIR "/" + path, std::ios::binary);
+  if (!file) ADD_FAILURE() << path << ": cannot be read";
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// ---------------------------------------------------------------- frames
 
 inline urdf::Rotation to_urdf(const Quaternion& q) {
   urdf::Rotation rotation;
@@ -18,6 +35,13 @@ inline urdf::Rotation to_urdf(const Quaternion& q) {
 }
 
 inline urdf::Vector3 to_urdf(const Vector3& v) { return {v[0], v[1], v[2]}; }
+
+inline urdf::Pose to_urdf(const Pose& pose) {
+  urdf::Pose result;
+  result.position = to_urdf(pose.position);
+  result.rotation = to_urdf(pose.orientation);
+  return result;
+}
 
 /// Returns outer * inner: transforms `inner` from the frame `outer` to the frame of `outer`.
 inline urdf::Pose compose(const urdf::Pose& outer, const urdf::Pose& inner) {
@@ -62,6 +86,119 @@ inline urdf::Pose pose_of_child(const urdf::Model& model, const Joint& joint, do
   EXPECT_EQ(hinge->child_link_name, joint.child + "_hinge");
   EXPECT_FALSE(model.getLink(hinge->child_link_name)->inertial);
   return compose(turned, mount->parent_to_joint_origin_transform);
+}
+
+// ---------------------------------------------------------------- specifications
+
+/// Returns a description without the comment before it, which names the environment.
+inline std::string without_comment(const std::string& urdf) {
+  return urdf.substr(urdf.find("-->"));
+}
+
+/// Compares numbers up to a share of the expected one; 0: exactly.
+inline void expect_near(double expected, double actual, double tolerance, const std::string& what) {
+  EXPECT_NEAR(actual, expected, tolerance * std::abs(expected)) << what;
+}
+
+inline void expect_near(const Vector3& expected, const urdf::Vector3& actual, double tolerance,
+                        const std::string& what) {
+  expect_near(expected[0], actual.x, tolerance, what + " x");
+  expect_near(expected[1], actual.y, tolerance, what + " y");
+  expect_near(expected[2], actual.z, tolerance, what + " z");
+}
+
+/// Expects the masses, and the moments of inertia that the specification has.
+inline void expect_masses(const Specification& specification, const urdf::Model& model,
+                          double tolerance) {
+  for (const Link& link : specification.links) {
+    const urdf::LinkConstSharedPtr found = model.getLink(link.name);
+    ASSERT_TRUE(found && found->inertial) << link.name;
+    const urdf::Inertial& body = *found->inertial;
+    expect_near(link.mass, body.mass, tolerance, link.name + " mass");
+    expect_near(link.center_of_mass, body.origin.position, tolerance, link.name + " centre");
+    EXPECT_EQ(body.origin.rotation.w, 1) << link.name << ": the moments are along the link's axes";
+    expect_near(link.inertia.yy, body.iyy, tolerance, link.name + " iyy");
+    if (std::isnan(link.inertia.xx)) continue;
+    expect_near({link.inertia.xx, link.inertia.xy, link.inertia.xz}, {body.ixx, body.ixy, body.ixz},
+                tolerance, link.name + " inertia, x with");
+    expect_near(link.inertia.yz, body.iyz, tolerance, link.name + " iyz");
+    expect_near(link.inertia.zz, body.izz, tolerance, link.name + " izz");
+  }
+}
+
+/// Expects the joints. Their children may be on massless links.
+inline void expect_joints(const Specification& specification, const urdf::Model& model,
+                          double tolerance) {
+  for (const Joint& joint : specification.joints) {
+    const urdf::JointConstSharedPtr found = model.getJoint(joint.name);
+    ASSERT_TRUE(found && found->limits) << joint.name;
+    EXPECT_EQ(found->parent_link_name, joint.parent);
+    expect_near(joint.origin, found->parent_to_joint_origin_transform.position, tolerance,
+                joint.name);
+    EXPECT_EQ(found->parent_to_joint_origin_transform.rotation.w, 1) << joint.name;
+    expect_near(joint.axis, found->axis, 0, joint.name + " axis");
+    EXPECT_EQ(found->limits->effort, joint.maximum_effort);
+    if (std::isfinite(joint.lower)) {
+      EXPECT_EQ(found->type, urdf::Joint::REVOLUTE) << joint.name;
+      expect_near(joint.lower, found->limits->lower, tolerance, joint.name + " lower");
+      expect_near(joint.upper, found->limits->upper, tolerance, joint.name + " upper");
+    } else {
+      EXPECT_EQ(found->type, urdf::Joint::CONTINUOUS) << joint.name;
+    }
+  }
+}
+
+// ---------------------------------------------------------------- transforms
+
+inline std::vector<geometry_msgs::TransformStamped> transforms_to(
+    const std::string& frame, const tf2_msgs::TFMessage& message) {
+  std::vector<geometry_msgs::TransformStamped> found;
+  for (const auto& transform : message.transforms) {
+    if (transform.child_frame_id == frame) found.push_back(transform);
+  }
+  return found;
+}
+
+inline urdf::Pose to_urdf(const geometry_msgs::Transform& transform) {
+  const auto& [translation, rotation] = std::tie(transform.translation, transform.rotation);
+  return to_urdf(Pose{{translation.x, translation.y, translation.z},
+                      {rotation.x, rotation.y, rotation.z, rotation.w}});
+}
+
+/// Expects one transform per link except the root, from its parent in the description: in
+/// `constants` for a fixed joint, in `state` for any other.
+/// @param tf_prefix prefix with a trailing slash
+inline void expect_the_tree_of(const urdf::Model& model, const std::string& tf_prefix,
+                               const tf2_msgs::TFMessage& state,
+                               const tf2_msgs::TFMessage& constants) {
+  for (const auto& [name, joint] : model.joints_) {
+    const bool is_fixed = joint->type == urdf::Joint::FIXED;
+    const std::string child = tf_prefix + joint->child_link_name;
+    EXPECT_EQ(transforms_to(child, is_fixed ? state : constants).size(), 0U) << child;
+    const auto found = transforms_to(child, is_fixed ? constants : state);
+    ASSERT_EQ(found.size(), 1U) << child;
+    EXPECT_EQ(found[0].header.frame_id, tf_prefix + joint->parent_link_name) << child;
+  }
+}
+
+inline void expect_the_kinematics_of(const urdf::Model& model, const std::string& tf_prefix,
+                                     const std::map<std::string, double>& angles,
+                                     const tf2_msgs::TFMessage& state,
+                                     const tf2_msgs::TFMessage& constants, double tolerance) {
+  expect_the_tree_of(model, tf_prefix, state, constants);
+  if (testing::Test::HasFatalFailure()) return;
+  for (const auto& [name, joint] : model.joints_) {
+    const std::string child = tf_prefix + joint->child_link_name;
+    const bool is_fixed = joint->type == urdf::Joint::FIXED;
+    urdf::Pose expected = joint->parent_to_joint_origin_transform;
+    if (!is_fixed) {
+      ASSERT_EQ(angles.count(name), 1U) << name;
+      const Vector3 axis{joint->axis.x, joint->axis.y, joint->axis.z};
+      expected = compose(expected, about(axis, angles.at(name)));
+    }
+    const auto found = transforms_to(child, is_fixed ? constants : state);
+    expect_same_pose(expected, to_urdf(found[0].transform), tolerance, child);
+  }
 }
 
 }  // namespace walker

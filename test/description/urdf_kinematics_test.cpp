@@ -1,8 +1,10 @@
 // The description puts every link where the engine has its body: compares the chain of joints at
-// the measured angles with the bodies' poses. The server's transforms equal the description's.
+// the measured angles with the bodies' poses. The server's transforms equal the description's, and
+// URDF's angles read back as the rotations.
 #include <gtest/gtest.h>
 #include <urdf/model.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 #include <random>
@@ -10,9 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "description/description_transforms.h"
-#include "description/poses.h"
-#include "description/source_file.h"
 #include "description/urdf.h"
 #include "description/urdf_geometry.h"
 #include "server/topics/converters.h"
@@ -57,12 +56,6 @@ void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
   stepper.reset(1);
   for (int step = 0; step < 300; ++step) {
     stepper.environment->sense(sensors);
-    const auto to_pose = [](const Pose& pose) {
-      urdf::Pose result;
-      result.position = to_urdf(pose.position);
-      result.rotation = to_urdf(pose.orientation);
-      return result;
-    };
     const std::function<urdf::Pose(const std::string&)> pose_of = [&](const std::string& link) {
       for (std::size_t i = 0; i < specification.joints.size(); ++i) {
         const Joint& joint = specification.joints[i];
@@ -70,11 +63,11 @@ void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
         return compose(pose_of(joint.parent),
                        pose_of_child(model, joint, sensors.joint_position[i]));
       }
-      return to_pose(sensors.link_poses[0]);
+      return to_urdf(sensors.link_poses[0]);
     };
     for (std::size_t i = 0; i < specification.links.size(); ++i) {
       const std::string& link = specification.links[i].name;
-      expect_same_pose(to_pose(sensors.link_poses[i]), pose_of(link), kTolerance, link);
+      expect_same_pose(to_urdf(sensors.link_poses[i]), pose_of(link), kTolerance, link);
     }
     expect_transforms_of(model, specification, sensors);
     if (testing::Test::HasFailure()) return;
@@ -128,6 +121,43 @@ TEST(UrdfKinematics, HaveTheTreeOfBipedalWalkersTransforms) {
   to_message(specification, sensors, frames, ros::Time(1), state);
   expect_the_tree_of(model, "", state, static_transforms(specification, frames, ros::Time(1)));
   EXPECT_EQ(state.transforms.size(), model.links_.size() + 1) << "the links and lidar";
+}
+
+// ---------------------------------------------------------------- poses
+
+TEST(RollPitchYaw, ReadsBackAsTheSameRotation) {
+  const double quarter = std::sqrt(0.5);
+  std::vector<Quaternion> rotations{{0, 0, 0, 1},
+                                    {0, 0, 1, 0},
+                                    {0, quarter, 0, quarter},
+                                    {0, -quarter, 0, quarter},
+                                    {-0.5, -0.5, -0.5, 0.5},
+                                    {0.5, -0.5, 0.5, 0.5}};
+  std::mt19937 draws(1);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector4d q(normal(draws), normal(draws), normal(draws), normal(draws));
+    const Eigen::Vector4d unit = q.normalized();
+    rotations.push_back({unit[0], unit[1], unit[2], unit[3]});
+  }
+  for (const Quaternion& q : rotations) {
+    const Vector3 angles = roll_pitch_yaw(q);
+    urdf::Pose read;
+    read.rotation.setFromRPY(angles[0], angles[1], angles[2]);
+    expect_same_pose(to_urdf(Pose{{0, 0, 0}, q}), read, 1e-14, "rotation");
+  }
+}
+
+TEST(RollPitchYaw, HasNoYawInGimbalLock) {
+  const double quarter = std::sqrt(0.5);
+  EXPECT_EQ(roll_pitch_yaw({0, -quarter, 0, quarter})[2], 0);
+  EXPECT_EQ(roll_pitch_yaw({-0.5, -0.5, -0.5, 0.5})[2], 0);
+}
+
+TEST(Poses, AreTheIdentityExactly) {
+  EXPECT_TRUE(is_identity(Pose{}));
+  EXPECT_FALSE(is_identity({{0, 0, 1e-300}, {0, 0, 0, 1}}));
+  EXPECT_FALSE(is_identity({{0, 0, 0}, {0, 1, 0, 0}}));
 }
 
 }  // namespace

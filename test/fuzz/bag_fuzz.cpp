@@ -1,7 +1,7 @@
 // Untrusted bags.
 #include <stdexcept>
 
-#include "fuzz/memory_file.h"
+#include "fuzz/input.h"
 #include "fuzz/target.h"
 #include "replay/bag_reader.h"
 

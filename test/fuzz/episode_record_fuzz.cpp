@@ -18,7 +18,9 @@ void run(const std::uint8_t* data, std::size_t size) {
     walker_sim::EpisodeRecord message;
     read_exactly(data, size, "the record", message);
     const EpisodeRecord record = to_record(message);
-    complete_parameters(parameter_descriptions(message.spec.id), parameters_of(message.spec));
+    complete_parameters(
+        parameter_descriptions(record.id),
+        parameters_of(record.id, message.spec.parameter_names, message.spec.parameter_values));
     check_repeatable(record, specification);
     require(record.actions.size() == record.num_steps * specification.action_size(),
             "a record that can be repeated has an action for each step");

@@ -1,5 +1,8 @@
-// Splits a fuzzer's input into numbers and pieces; past its end, numbers are 0 and pieces empty.
+// A fuzzer's input as numbers and pieces, or as a file.
 #pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -8,8 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "fuzz/target.h"
+
 namespace walker::fuzz {
 
+/// Past the end, numbers are 0 and pieces empty.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : next_(data), end_(data + size) {}
@@ -44,6 +50,25 @@ class Input {
  private:
   const std::uint8_t* next_;
   const std::uint8_t* end_;
+};
+
+/// A file in memory, for functions that take a path.
+class MemoryFile {
+ public:
+  MemoryFile(const std::uint8_t* data, std::size_t size)
+      : descriptor_(memfd_create("walker_sim_fuzz", MFD_CLOEXEC)) {
+    require(descriptor_ >= 0, "there is a file in memory");
+    require(write(descriptor_, data, size) == static_cast<ssize_t>(size),
+            "it takes what is written");
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { close(descriptor_); }
+
+  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+ private:
+  int descriptor_;
 };
 
 }  // namespace walker::fuzz

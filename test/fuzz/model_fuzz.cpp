@@ -2,7 +2,7 @@
 // and that no unexpected error escapes.
 #include <stdexcept>
 
-#include "fuzz/memory_file.h"
+#include "fuzz/input.h"
 #include "fuzz/target.h"
 #include "stepper.h"
 

@@ -33,42 +33,22 @@ void read_one(const Input& input) {
           "a request that was read has the length that came");
 }
 
+template <typename... Messages>
+void read_any(std::size_t which, const Input& input) {
+  constexpr void (*kReaders[])(const Input&) = {read_one<Messages>...};
+  kReaders[which % sizeof...(Messages)](input);
+}
+
 void run(const std::uint8_t* data, std::size_t size) {
   Input input(data, size);
   const auto which = input.number<std::uint8_t>();
   try {
-    switch (which % 15) {
-      case 0:
-        return read_one<walker_sim::StepRequest>(input);
-      case 1:
-        return read_one<walker_sim::StepBatchRequest>(input);
-      case 2:
-        return read_one<walker_sim::StepManyRequest>(input);
-      case 3:
-        return read_one<walker_sim::ResetRequest>(input);
-      case 4:
-        return read_one<walker_sim::ResetBatchRequest>(input);
-      case 5:
-        return read_one<walker_sim::RestoreRequest>(input);
-      case 6:
-        return read_one<walker_sim::RenderRequest>(input);
-      case 7:
-        return read_one<walker_sim::SetRealTimeFactorRequest>(input);
-      case 8:
-        return read_one<std_msgs::Float64MultiArray>(input);
-      case 9:
-        return read_one<gazebo::SetPhysicsProperties::Request>(input);
-      case 10:
-        return read_one<sensor_msgs::JointState>(input);
-      case 11:
-        return read_one<sensor_msgs::LaserScan>(input);
-      case 12:
-        return read_one<sensor_msgs::Imu>(input);
-      case 13:
-        return read_one<nav_msgs::Odometry>(input);
-      default:
-        return read_one<walker_sim::Contacts>(input);
-    }
+    read_any<walker_sim::StepRequest, walker_sim::StepBatchRequest, walker_sim::StepManyRequest,
+             walker_sim::ResetRequest, walker_sim::ResetBatchRequest, walker_sim::RestoreRequest,
+             walker_sim::RenderRequest, walker_sim::SetRealTimeFactorRequest,
+             std_msgs::Float64MultiArray, gazebo::SetPhysicsProperties::Request,
+             sensor_msgs::JointState, sensor_msgs::LaserScan, sensor_msgs::Imu, nav_msgs::Odometry,
+             walker_sim::Contacts>(which, input);
   } catch (const std::runtime_error& refusal) {
     accept(refusal);
   }

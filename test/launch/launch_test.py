@@ -3,8 +3,10 @@
 
 import itertools
 import os
+import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,9 +21,9 @@ from roslaunch.core import RLException
 from roslaunch.substitution_args import resolve_args
 from roslaunch.xmlloader import XmlLoader
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-LAUNCH_FILE = os.path.join(ROOT, "launch", "walker.launch")
-TEN_WALKERS = os.path.join(ROOT, "launch", "ten_walkers.launch")
+ROOT = pathlib.Path(os.path.abspath(__file__)).parents[2]
+LAUNCH_FILE = str(ROOT / "launch" / "walker.launch")
+TEN_WALKERS = str(ROOT / "launch" / "ten_walkers.launch")
 WALKERS = [f"/walker_{number}/" for number in range(1, 11)]
 ARGUMENTS = [
     *("env", "mode", "agent", "policy", "num_envs", "seed", "real_time_factor", "xml_file"),
@@ -38,7 +40,7 @@ ROBOTS = {
     "Hopper-v4": "hopper",
     "Hopper-v5": "hopper",
 }
-ENGINE_S_MODEL = os.path.join(ROOT, "assets", "walker2d_v5.xml")
+ENGINE_S_MODEL = str(ROOT / "assets" / "walker2d_v5.xml")
 
 # Arguments, and parameters that they set; None is unset. Paths are relative to roslaunch's working
 # directory, /my runs, because nodes run elsewhere.
@@ -70,7 +72,7 @@ PARAMETERS = [
     ("recording:=true; ns:=second", {"/second/walker_sim/wait_for_recorder": "recorder"}),
 ]
 
-sys.path.insert(0, os.path.join(ROOT, "src", "nodes"))
+sys.path.insert(0, str(ROOT / "src" / "nodes"))
 sys.dont_write_bytecode = True
 import view  # noqa: E402
 
@@ -98,11 +100,13 @@ class LaunchTest(unittest.TestCase):
     """One test per statement of the interface's section Launch."""
 
     def test_all_arguments_have_a_doc(self):
-        arguments = get_args([LAUNCH_FILE])
-        for name in ARGUMENTS:
-            self.assertIn(name, arguments)
-        for name, (doc, _default) in arguments.items():
-            self.assertTrue(doc, name + " has no doc")
+        for_all = ("agent", "real_time_factor", "rviz", "status", "output", "respawn")
+        for file, names in ((LAUNCH_FILE, ARGUMENTS), (TEN_WALKERS, for_all)):
+            arguments = get_args([file])
+            for name in names:
+                self.assertIn(name, arguments)
+            for name, (doc, _default) in arguments.items():
+                self.assertTrue(doc, name + " has no doc")
 
     def test_defaults(self):
         parameters = Launch().parameters
@@ -115,12 +119,10 @@ class LaunchTest(unittest.TestCase):
             "paused": False,
             "publish_clock": True,
         }
-        server = {
-            name[len("/walker_sim/") :]: value
-            for name, value in parameters.items()
-            if name.startswith("/walker_sim/")
-        }
-        self.assertEqual(server, expected)
+        for name, value in parameters.items():
+            if name.startswith("/walker_sim/"):
+                self.assertEqual(value, expected.pop(name[len("/walker_sim/") :], None), name)
+        self.assertEqual(expected, {}, "not set")
         self.assertIs(parameters["/use_sim_time"], True)
         self.assertIn('<robot name="bipedal_walker">', parameters["/robot_description"])
 
@@ -141,14 +143,8 @@ class LaunchTest(unittest.TestCase):
     def test_all_nodes_exist(self):
         types = set()
         for mode, prefix in itertools.product(["free", "lockstep"], ["", "second"]):
-            launch = Launch(
-                "agent:=random",
-                "mode:=" + mode,
-                "tf_prefix:=" + prefix,
-                "status:=true",
-                "env:=Walker2d-v5",
-                display=":9",
-            )
+            arguments = ("agent:=random", "mode:=" + mode, "tf_prefix:=" + prefix, "status:=true")
+            launch = Launch(*arguments, "env:=Walker2d-v5", display=":9")
             types |= {n.type for n in launch.config.nodes if n.package == "walker_sim"}
         self.assertEqual(
             types, {"server", "topic_agent", "service_agent", "status_line", "view.py"}
@@ -175,8 +171,8 @@ class LaunchTest(unittest.TestCase):
             with self.subTest(env=env):
                 launch = Launch("env:=" + env, display=":9")
                 self.assertEqual(launch.parameters["/walker_sim/env"], env)
-                with open(os.path.join(ROOT, "urdf", robot + ".urdf"), encoding="utf-8") as file:
-                    self.assertEqual(launch.parameters["/robot_description"], file.read())
+                description = (ROOT / "urdf" / f"{robot}.urdf").read_text(encoding="utf-8")
+                self.assertEqual(launch.parameters["/robot_description"], description)
                 path = words_of(launch.nodes["/rviz"])[1]
                 self.assertEqual(os.path.basename(path), robot + ".rviz")
                 self.assertTrue(os.path.isfile(path), path)
@@ -187,12 +183,11 @@ class LaunchTest(unittest.TestCase):
             self.assertEqual(nodes, {"/walker_sim", "/agent", "/rviz"}, env)
 
     def test_robot_description_is_that_of_xml_file(self):
-        with open(ENGINE_S_MODEL, encoding="utf-8") as file:
-            model = file.read()
+        model = pathlib.Path(ENGINE_S_MODEL).read_text(encoding="utf-8")
         with tempfile.TemporaryDirectory() as folder:
-            os.mkdir(folder + "/models")
-            with open(folder + "/models/my walker.xml", "w", encoding="utf-8") as file:
-                file.write(model.replace('density="1000"', 'density="2000"'))
+            copy = pathlib.Path(folder, "models", "my walker.xml")
+            copy.parent.mkdir()
+            copy.write_text(model.replace('density="1000"', 'density="2000"'), encoding="utf-8")
             launch = Launch("env:=Walker2d-v5", "xml_file:=models/my walker.xml", PWD=folder)
         path = launch.parameters["/walker_sim/xml_file"]
         self.assertEqual(path, folder + "/models/my walker.xml")
@@ -221,8 +216,7 @@ class LaunchTest(unittest.TestCase):
                     Launch(*arguments)
                 self.assertFalse(os.path.exists(made))
             path = os.path.join(folder, """it's "my" $(env HOME) walker.xml""")
-            with open(ENGINE_S_MODEL, encoding="utf-8") as file, open(path, "w") as copy:
-                copy.write(file.read())
+            shutil.copy(ENGINE_S_MODEL, path)
             launch = Launch("env:=Walker2d-v5", "xml_file:=" + path)
             self.assertIn("<robot name=", launch.parameters["/robot_description"])
 
@@ -242,8 +236,7 @@ class LaunchTest(unittest.TestCase):
     def test_invalid_model_stops_the_launch_with_the_engine_s_message(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "torn.xml")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write("<mujoco><worldbody>")
+            pathlib.Path(path).write_text("<mujoco><worldbody>", encoding="utf-8")
             ended = subprocess.run(
                 ["roslaunch", LAUNCH_FILE, "env:=Walker2d-v5", "xml_file:=" + path],
                 stdin=subprocess.DEVNULL,
@@ -261,10 +254,9 @@ class LaunchTest(unittest.TestCase):
 
     def test_config_file_overrides_defaults_only(self):
         for name in ("server", "walker2d"):
-            path = os.path.join(ROOT, "config", name + ".yaml")
-            with open(path, encoding="utf-8") as file:
-                template = yaml.safe_load(file)
-            arguments = ["config:=" + path, "env:=" + template["env"], "mode:=lockstep"]
+            path = ROOT / "config" / f"{name}.yaml"
+            template = yaml.safe_load(path.read_text(encoding="utf-8"))
+            arguments = [f"config:={path}", "env:=" + template["env"], "mode:=lockstep"]
             parameters = Launch(*arguments).parameters
             for key, value in {**template, "mode": "lockstep"}.items():
                 self.assertEqual(parameters["/walker_sim/" + key], value, key)
@@ -335,13 +327,6 @@ class LaunchTest(unittest.TestCase):
 class TenWalkersTest(unittest.TestCase):
     """ten_walkers.launch, parsed; test/server/ten_walkers_test.py runs it."""
 
-    def test_every_argument_has_a_doc(self):
-        arguments = get_args([TEN_WALKERS])
-        for name in ("agent", "real_time_factor", "rviz", "status", "output", "respawn"):
-            self.assertIn(name, arguments)
-        for name, (doc, _default) in arguments.items():
-            self.assertTrue(doc, name + " has no doc")
-
     def test_each_walker_has_its_own_namespace(self):
         launch = Launch(file=TEN_WALKERS)
         servers = {name for name, type_ in launch.types().items() if type_ == "server"}
@@ -378,9 +363,9 @@ VIEWS = {
 class ViewTest(unittest.TestCase):
     def each(self):
         for robot, (followed, topics) in VIEWS.items():
-            path = os.path.join(ROOT, "config", robot + ".rviz")
-            with open(path, encoding="utf-8") as file, self.subTest(robot=robot):
-                yield yaml.safe_load(file), followed, topics
+            text = (ROOT / "config" / f"{robot}.rviz").read_text(encoding="utf-8")
+            with self.subTest(robot=robot):
+                yield yaml.safe_load(text), followed, topics
 
     def test_every_frame_has_the_prefix(self):
         for configuration, followed, _ in self.each():

@@ -3,13 +3,14 @@
 
 import filecmp
 import os
+import pathlib
 import subprocess
 import tempfile
 import unittest
 
 from catkin.find_in_workspaces import find_in_workspaces
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+ROOT = pathlib.Path(os.path.abspath(__file__)).parents[2]
 DESCRIBE = find_in_workspaces(["libexec"], "walker_sim", "describe")[0]
 
 
@@ -27,7 +28,8 @@ class DescribeTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        self.folder = folder.name
+        self.folder = pathlib.Path(folder.name)
+        self.urdf = self.folder / "robot.urdf"
 
     def output_of(self, *arguments):
         done = describe(*arguments)
@@ -48,49 +50,39 @@ class DescribeTest(unittest.TestCase):
             self.assertIn(option, text)
 
     def test_urdf_option_writes_the_same_text_to_a_file(self):
-        path = os.path.join(self.folder, "robot.urdf")
         text = self.output_of("Walker2d-v5")
         self.assertIn('<robot name="walker2d">', text)
-        self.assertEqual(self.output_of("Walker2d-v5", "--urdf", path), "")
-        with open(path, encoding="utf-8") as file:
-            self.assertEqual(file.read(), text)
+        self.assertEqual(self.output_of("Walker2d-v5", "--urdf", self.urdf), "")
+        self.assertEqual(self.urdf.read_text(encoding="utf-8"), text)
 
     def test_default_id_is_bipedal_walker(self):
         self.assertEqual(self.output_of(), self.output_of("BipedalWalker-v3"))
 
     def test_parameters_change_the_environment(self):
-        model = os.path.join(self.folder, "model.xml")
-        with open(os.path.join(ROOT, "assets", "walker2d_v5.xml"), encoding="utf-8") as file:
-            text = file.read()
-        with open(model, "w", encoding="utf-8") as file:
-            file.write(text.replace('name="foot_geom"', 'name="foot_geom" mass="7"'))
+        model = self.folder / "model.xml"
+        text = (ROOT / "assets" / "walker2d_v5.xml").read_text(encoding="utf-8")
+        text = text.replace('name="foot_geom"', 'name="foot_geom" mass="7"')
+        model.write_text(text, encoding="utf-8")
         self.assertNotEqual(
             self.output_of("Walker2d-v5", f"xml_file={model}"), self.output_of("Walker2d-v5")
         )
 
-    def test_meshes_are_copied_and_overoutput_of(self):
-        urdf = os.path.join(self.folder, "robot.urdf")
+    def test_meshes_are_copied_and_overwritten(self):
         for _ in range(2):
-            self.output_of("--urdf", urdf, "--meshes", self.folder, "BipedalWalker-v3")
-        meshes = sorted(name for name in os.listdir(self.folder) if name != "robot.urdf")
-        with open(urdf, encoding="utf-8") as file:
-            text = file.read()
+            self.output_of("--urdf", self.urdf, "--meshes", self.folder, "BipedalWalker-v3")
+        meshes = set(self.folder.iterdir()) - {self.urdf}
+        text = self.urdf.read_text(encoding="utf-8")
         self.assertTrue(meshes)
-        for name in meshes:
-            self.assertIn(name, text)
-            original, copy = (
-                os.path.join(folder, name) for folder in (f"{ROOT}/assets", self.folder)
-            )
-            self.assertTrue(filecmp.cmp(original, copy, shallow=False))
+        for copy in meshes:
+            self.assertIn(copy.name, text)
+            self.assertTrue(filecmp.cmp(ROOT / "assets" / copy.name, copy, shallow=False))
 
     def test_unwritable_files_are_named(self):
-        nowhere = os.path.join(self.folder, "nowhere")
-        path = os.path.join(nowhere, "robot.urdf")
+        nowhere = self.folder / "nowhere"
+        path = nowhere / "robot.urdf"
         self.assert_rejected(f"{path}: could not be written", "--urdf", path)
-        urdf = os.path.join(self.folder, "robot.urdf")
-        self.assert_rejected(
-            "could not be written: No such file", "--urdf", urdf, "--meshes", nowhere
-        )
+        arguments = ("--urdf", self.urdf, "--meshes", nowhere)
+        self.assert_rejected("could not be written: No such file", *arguments)
 
     def test_wrong_arguments_are_named(self):
         self.assert_rejected("--color: unknown option; see --help", "--color")

@@ -89,11 +89,8 @@ class Screen:
         return done.stdout
 
 
-class Processes:
+class Processes(contextlib.ExitStack):
     """Processes that `close` ends by SIGINT, the last first."""
-
-    def __init__(self):
-        self._running = contextlib.ExitStack()
 
     def start(self, command, **options):
         process = subprocess.Popen(
@@ -101,7 +98,7 @@ class Processes:
             **{"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, **options},
             stderr=subprocess.STDOUT,
         )
-        self._running.callback(self._stop, process)
+        self.callback(self._stop, process)
         return process
 
     @staticmethod
@@ -113,9 +110,6 @@ class Processes:
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-
-    def close(self):
-        self._running.close()
 
 
 class Stage:
@@ -174,12 +168,9 @@ class Stage:
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
-        processes = Processes()
-        try:
+        with Processes() as processes:
             log = pathlib.Path(self._folder.name, "roslaunch.log")
             yield Show(self, processes, env, agent, log)
-        finally:
-            processes.close()
 
     def _take_transforms(self, message, topic):
         with self._changed:

@@ -5,29 +5,9 @@ import xml.etree.ElementTree
 
 import numpy as np
 import yaml
+from scipy.spatial.transform import Rotation
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-
-def rotation_of(quaternion):
-    """Returns the rotation matrix of a unit quaternion x, y, z, w."""
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def rotation_of_angles(roll, pitch, yaw):
-    """Returns the rotation matrix of URDF's angles: about the fixed x, then y, then z."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin([roll, pitch, yaw]), np.cos([roll, pitch, yaw])
-    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    return about_z @ about_y @ about_x
 
 
 class View:
@@ -84,7 +64,7 @@ class Shape:
         origin = collision.find("origin")
         self.center = np.array([float(x) for x in origin.get("xyz").split()])
         angles = [float(x) for x in origin.get("rpy", "0 0 0").split()]
-        self.axes = rotation_of_angles(*angles)
+        self.axes = Rotation.from_euler("xyz", angles).as_matrix()  # about the fixed axes
         geometry = collision.find("geometry")[0]
         if geometry.tag == "box":
             self.half = np.array([float(x) for x in geometry.get("size").split()]) / 2
@@ -124,7 +104,7 @@ def world_poses(transforms, frames):
         transform = transforms[frame]
         position, rotation = pose(transform.header.frame_id)
         shift, turn = transform.transform.translation, transform.transform.rotation
-        own = rotation_of([turn.x, turn.y, turn.z, turn.w])
+        own = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
         return position + rotation @ [shift.x, shift.y, shift.z], rotation @ own
 
     return {frame: pose(frame) for frame in frames}

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "agents/agents.h"
+#include "agents/options.h"
 #include "server/parameter_reader.h"
 #include "walker_sim/registry.h"
 

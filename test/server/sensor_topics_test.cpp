@@ -13,7 +13,7 @@
 
 #include <ros/ros.h>
 
-#include "description/description_transforms.h"
+#include "description/urdf_geometry.h"
 #include "server/geometry.h"
 #include "server/sensor_recording.h"
 

@@ -6,7 +6,6 @@ import pathlib
 import resource
 import signal
 import subprocess
-import sys
 import tempfile
 
 from walk import Pair
@@ -39,21 +38,14 @@ def limit_files():
     resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, SMALL))
 
 
-def run(soak):
+def full_disk(soak):
     with soak.graph() as graph, small_disk() as (folder, prepare):
         server = graph.server()
         pair = Pair(server.name, graph.uri, 10.0)
         for number in soak.rounds():
             file = folder / "walk.npz"
-            record = [sys.executable, "-m", "walker_sim", "record", "--output", str(file)]
-            done = subprocess.run(
-                [*record, "BipedalWalker-v3", "--seeds", f"{number}:{number + 4}"],
-                env=graph.environment,
-                preexec_fn=prepare,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+            episodes = ("BipedalWalker-v3", "--seeds", f"{number}:{number + 4}")
+            done = graph.run("record", "--output", file, *episodes, preexec_fn=prepare)
             soak.check(
                 "record ends with status 2 and one line that says why",
                 done.returncode == 2
@@ -61,17 +53,13 @@ def run(soak):
                 and ("No space left" in done.stderr or "too large" in done.stderr),
                 f"status {done.returncode}: {done.stdout}{done.stderr}",
             )
-            check = [sys.executable, "-m", "walker_sim", "record", "--check", str(file)]
-            checked = subprocess.run(
-                check, env=graph.environment, capture_output=True, text=True, check=False
-            )
+            checked = graph.run("record", "--check", file)
             soak.check(
                 "what is left of the file is not taken for a recording",
                 checked.returncode == 2 and checked.stderr.count("\n") == 1,
                 f"status {checked.returncode}: {checked.stdout}{checked.stderr}",
             )
-            with contextlib.suppress(FileNotFoundError):
-                file.unlink()
+            file.unlink(missing_ok=True)
             record_bag(soak, graph, folder, prepare, pair, number)
             for left in folder.iterdir():
                 left.unlink()

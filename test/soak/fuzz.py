@@ -19,7 +19,7 @@ def prepare(seconds):
             script.communicate()
 
 
-def run(soak):
+def fuzz(soak):
     if soak.seconds < MIN_SECONDS:
         soak.leave_out(f"its share is below {MIN_SECONDS} s")
         return

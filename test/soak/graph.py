@@ -2,10 +2,12 @@
 
 import contextlib
 import ctypes
+import io
 import os
 import pathlib
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -13,6 +15,7 @@ import xmlrpc.client
 from urllib.parse import urlparse
 
 from bare_ros import CALLER, BareClient, free_port, wait_for
+from walker_sim.srv import Step
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STARTUP_TIMEOUT = 90  # [s]; only a failing part waits this long
@@ -34,6 +37,12 @@ def command_of(pid):
 
 def await_true(condition, what, timeout=STARTUP_TIMEOUT):
     return wait_for(condition, what, timeout)
+
+
+def step_request(action):
+    buffer = io.BytesIO()
+    Step._request_class(action=action).serialize(buffer)
+    return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
 
 
 class Node:
@@ -104,6 +113,17 @@ class Graph(contextlib.ExitStack):
         node = Node(command, environment, **options)
         self.callback(node.end)
         return node
+
+    def run(self, *arguments, environment=(), **options):
+        """Runs a command of `python -m walker_sim` to its end; returns it with its output."""
+        return subprocess.run(
+            [sys.executable, "-m", "walker_sim", *map(str, arguments)],
+            env={**self.environment, **dict(environment)},
+            capture_output=True,
+            text=True,
+            check=False,
+            **options,
+        )
 
     def ask(self, method, *arguments):
         """Returns the value of the master's answer; None on an error."""

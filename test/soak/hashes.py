@@ -1,22 +1,19 @@
 """The reference run has the documented hash with any pool size, kernel, threads and transport."""
 
-import subprocess
-import sys
-
 from reference_hashes import HASHES
 
 KERNELS = ("", "off", "sse2", "avx2", "avx512")
 SECONDS = 120  # minimum duration of a part with the long run [s]
 
 
-def run(soak):
+def hashes(soak):
     steps = max(HASHES) if soak.seconds >= SECONDS else min(HASHES)
     with soak.graph() as graph:
         for _ in soak.rounds():
             env_id = soak.random.choice([*HASHES[steps]])
             num_envs = soak.random.choice([1, 2, 5, 16, 33])
             options = ["--num-envs", num_envs]
-            environment = dict(graph.environment)
+            environment = {}
             kernel = soak.random.choice(KERNELS)
             how = f"{env_id}, {num_envs} at once"
             if soak.random.random() < 0.3:
@@ -30,19 +27,7 @@ def run(soak):
                 how += f", {threads} threads, kernel {kernel or 'chosen'}"
                 if kernel:
                     environment["WALKER_SIM_KERNEL"] = kernel
-            command = [
-                sys.executable,
-                "-m",
-                "walker_sim",
-                "hash",
-                env_id,
-                "--steps",
-                steps,
-                *options,
-            ]
-            done = subprocess.run(
-                [*map(str, command)], env=environment, capture_output=True, text=True, check=False
-            )
+            done = graph.run("hash", env_id, "--steps", steps, *options, environment=environment)
             found = [line.split()[0] for line in done.stdout.splitlines()[1:]]
             soak.check(
                 f"{steps:,} steps of 16 walkers have the documented hash",

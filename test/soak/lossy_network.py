@@ -1,16 +1,21 @@
-"""Server and client on two networks that delay, reorder and lose packets."""
+"""Server and client on two networks that delay, reorder and lose packets.
+
+The client is a process of its own, which runs this file: `main` below.
+"""
 
 import contextlib
 import json
+import os
 import socket
 import sys
 import threading
-from pathlib import Path
+import time
 
 import two_networks
+import walker_sim
 from bare_ros import BareSubscriber
-from far_client import listen
 from graph import await_true
+from walk import Pair
 from walker_sim.msg import Transition
 
 TIMEOUT = 5.0  # client's timeout [s]
@@ -18,7 +23,7 @@ SLACK = 1.0
 CONDITIONS = [(0.0, 0.05), (0.01, 0.01), (0.03, 0.002)]  # packet loss, maximum delay [s]
 
 
-def run(soak):
+def lossy_network(soak):
     with contextlib.ExitStack() as stack:
         try:
             stack.enter_context(two_networks.own_network())
@@ -91,10 +96,10 @@ def served(far):
 class Far:
     def __init__(self, graph, server):
         ours, theirs = socket.socketpair()
-        script = Path(__file__).with_name("far_client.py")
         uris = [graph.node_uri(server.name), graph.uri]
-        command = [sys.executable, script, theirs.fileno(), server.name, *uris, TIMEOUT]
-        self._node = graph.start(command, pass_fds=[theirs.fileno()])
+        command = [sys.executable, __file__, theirs.fileno(), server.name, *uris]
+        path = {"PYTHONPATH": os.pathsep.join(sys.path)}
+        self._node = graph.start(command, environment=path, pass_fds=[theirs.fileno()])
         theirs.close()
         _, ends, _, _ = socket.recv_fds(ours, 1, 1)
         self.end = ends[0]
@@ -111,3 +116,57 @@ class Far:
         self._answers.close()
         self._control.close()
         self._node.end()
+
+
+# ---------------------------------------------------------------- the far client
+
+
+def listen(subscriber, sequence):
+    subscriber.connection.settimeout(None)
+    with contextlib.suppress(OSError):
+        while True:
+            sequence.append(subscriber.next().header.seq)
+
+
+def walk(pair, seed, steps):
+    """Returns whether all was equal up to an error, the error, and the duration of its call."""
+    equal, begin = True, time.monotonic()
+    try:
+        equal = pair.reset(seed)
+        for _ in range(steps):
+            begin = time.monotonic()
+            equal = pair.step() and equal
+    except walker_sim.ConnectionError as error:
+        return {"equal": equal, "error": str(error), "took": time.monotonic() - begin}
+    return {"equal": equal, "error": "", "took": 0.0}
+
+
+def main():
+    """A client in its own network.
+
+    It sends its end of the link through the socket, with one byte. Then it answers each input line
+    with a line of JSON: `begin`, once the link exists; `walk SEED STEPS`, which steps the walker
+    over ROS and in process; and `received`, which returns what a subscriber of the transitions has
+    received.
+    """
+    control = socket.socket(fileno=int(sys.argv[1]))
+    server, node_uri, master_uri = sys.argv[2:]
+    with two_networks.own_network():
+        socket.send_fds(control, [b"."], [two_networks.open_end(two_networks.FAR)])
+        for line in control.makefile():
+            word, *numbers = line.split()
+            if word == "begin":
+                subscriber, sequence = BareSubscriber(node_uri, "/transition", Transition), []
+                threading.Thread(target=listen, args=(subscriber, sequence), daemon=True).start()
+                pair = Pair(server, master_uri, TIMEOUT)
+                answer = True
+            elif word == "walk":
+                answer = walk(pair, *map(int, numbers))
+            else:
+                answer = sequence[:]
+            control.sendall(json.dumps(answer).encode() + b"\n")
+        pair.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,7 +1,6 @@
 """Long reliability tests; `scripts/soak --help` describes them."""
 
 import argparse
-import importlib
 import multiprocessing
 import os
 import pathlib
@@ -14,27 +13,34 @@ import traceback
 TEST = pathlib.Path(__file__).resolve().parents[1]
 sys.path += [str(TEST / "server"), str(TEST / "python")]
 
+import full_disk  # noqa: E402
+import fuzz  # noqa: E402
 import graph  # noqa: E402
+import hashes  # noqa: E402
+import kills  # noqa: E402
+import lossy_network  # noqa: E402
+import many  # noqa: E402
 import tally as tallies  # noqa: E402
 import walker_sim  # noqa: E402
 from launched import children_of  # noqa: E402
 
 # Parts that run one after another, and their shares of the time.
 SHARES = {
-    "hashes": 8,
-    "kill_server": 10,
-    "kill_client": 4,
-    "kill_master": 9,
-    "kill_rviz": 8,
-    "lossy_network": 5,
-    "full_disk": 3,
-    "many_subscribers": 4,
-    "many_servers": 5,
-    "many_resets": 9,
-    "many_clients": 6,
+    hashes.hashes: 8,
+    kills.kill_server: 10,
+    kills.kill_client: 4,
+    kills.kill_master: 9,
+    kills.kill_rviz: 8,
+    lossy_network.lossy_network: 5,
+    full_disk.full_disk: 3,
+    many.many_subscribers: 4,
+    many.many_servers: 5,
+    many.many_resets: 9,
+    many.many_clients: 6,
 }
 # Parts that run beside the others from beginning to end, also as load.
-BESIDE = ("many_environments", "fuzz")
+BESIDE = (many.many_environments, fuzz.fuzz)
+PARTS = {part.__name__: part for part in (*SHARES, *BESIDE)}
 NICE = 10  # gives these a tenth of a contended processor
 
 
@@ -46,20 +52,25 @@ class Soak:
         self.tally = tally
         self.begin()
 
-    def begin(self):
+    def begin(self, seconds=None):
         """Starts the part's time, also again after its set-up."""
-        self._end = time.monotonic() + self.seconds
+        self._end = time.monotonic() + (self.seconds if seconds is None else seconds)
 
     def goes_on(self):
         return time.monotonic() < self._end
 
-    def rounds(self):
+    def repeats(self):
         """Yields numbers from 0 until the part's time is over, at least one."""
         number = 0
         while number == 0 or self.goes_on():
             yield number
             number += 1
-        self.figure("rounds", number)
+
+    def rounds(self):
+        """Yields as `repeats` does, and reports how many there were."""
+        for number in self.repeats():
+            yield number
+        self.figure("rounds", number + 1)
 
     def graph(self, host="localhost"):
         """Returns a context with its own master; `host` is the host name of its nodes."""
@@ -71,10 +82,9 @@ def say(text):
 
 
 def parse():
-    parts = [*SHARES, *BESIDE]
     parser = argparse.ArgumentParser(prog="soak", allow_abbrev=False)
     parser.add_argument("--hours", type=float, default=1.0)
-    parser.add_argument("--only", nargs="+", choices=parts, default=parts, metavar="NAME")
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=[*PARTS], metavar="NAME")
     parser.add_argument("--seed", type=int, default=None)
     parser.add_argument("--output", type=pathlib.Path, required=True)
     parser.add_argument("--programs", type=pathlib.Path, required=True)
@@ -91,7 +101,7 @@ def run_part(name, seconds, options, tally):
     tally.part = name
     begin = time.monotonic()
     try:
-        importlib.import_module(name).run(Soak(name, seconds, options, tally))
+        PARTS[name](Soak(name, seconds, options, tally))
     except Exception:
         tally.check("ends without an exception", False, traceback.format_exc())
     else:
@@ -136,14 +146,6 @@ class Beside:
         self._process.join()
 
 
-def prepare(names, seconds):
-    """Prepares the parts: work that takes minutes is done before any part begins."""
-    for name in names:
-        part = importlib.import_module(name)
-        if hasattr(part, "prepare"):
-            part.prepare(seconds)
-
-
 def interrupt(*_):
     raise KeyboardInterrupt
 
@@ -156,14 +158,16 @@ def main():
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
     seconds, begin = options.hours * 3600, time.time()
-    others = [name for name in options.only if name in SHARES]
-    shares = sum(SHARES[name] for name in others)
+    others = [name for name in options.only if PARTS[name] in SHARES]
+    shares = sum(SHARES[PARTS[name]] for name in others)
     beside = []
     try:
-        prepare(options.only, seconds)
-        beside = [Beside(name, seconds, options) for name in options.only if name in BESIDE]
+        if "fuzz" in options.only:
+            fuzz.prepare(seconds)
+        load = [name for name in options.only if name not in others]
+        beside = [Beside(name, seconds, options) for name in load]
         for name in others:
-            run_part(name, seconds * SHARES[name] / shares, options, tally)
+            run_part(name, seconds * SHARES[PARTS[name]] / shares, options, tally)
         for part in beside:
             part.end(tally)
     except KeyboardInterrupt:  # the report has the results so far

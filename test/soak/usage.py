@@ -25,6 +25,7 @@ class Usage:
 
     def __init__(self, pid):
         self._pid, self._samples, self._last = pid, [], 0.0
+        self.before = now(pid)
 
     def sample(self):
         at = time.monotonic()
@@ -62,11 +63,11 @@ class Usage:
                 f"{resident:.1f} MiB, {growth / MIB:+.2f} MiB in the second half",
             )
 
-    def check_handles(self, tally, whose, before):
-        """Checks that descriptors and threads return to `before`, a result of `now`."""
+    def check_handles(self, tally, whose):
+        """Checks that there are again as many descriptors and threads as at the construction."""
 
         def settled():
-            return now(self._pid)[1:] == before[1:]
+            return now(self._pid)[1:] == self.before[1:]
 
         end = time.monotonic() + 10
         while not settled() and time.monotonic() < end:
@@ -74,7 +75,7 @@ class Usage:
         tally.check(
             f"descriptors and threads of {whose} are as many as before",
             settled(),
-            f"{now(self._pid)[1:]}; before {before[1:]}",
+            f"{now(self._pid)[1:]}; before {self.before[1:]}",
         )
 
 

@@ -9,7 +9,6 @@
 
 #include "base/shortest_text.h"
 #include "description/link_tree.h"
-#include "description/poses.h"
 #include "server/markers/markers.h"
 
 namespace walker {

@@ -10,7 +10,6 @@
 #include <tf2_eigen/tf2_eigen.h>
 
 #include "description/link_tree.h"
-#include "description/poses.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

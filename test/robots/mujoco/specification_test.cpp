@@ -11,7 +11,7 @@
 
 #include "base/engine_release.h"
 #include "base/random.h"
-#include "episode/state_header.h"
+#include "episode/saved_state.h"
 #include "pose_algebra.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"

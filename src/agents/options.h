@@ -1,5 +1,4 @@
-// Agents that drive a walker over ROS. Each plays the requested number of episodes, or until the
-// node shuts down.
+// Options of the nodes that drive a walker: which agent, and how many episodes.
 #pragma once
 
 #include <cstddef>
@@ -39,20 +38,5 @@ AgentOptions read_agent_options();
 /// Makes the agent that the options choose.
 /// @throws std::invalid_argument if an option is invalid, or the agent does not fit the environment
 std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification);
-
-/// Drives a lock-step server by ~reset and ~step. If the connection is lost, waits for the server
-/// and does not count the interrupted episode.
-/// @throws std::invalid_argument if the agent does not fit the server; std::runtime_error with the
-///         server's message if it refuses a request
-void drive_by_services(const AgentOptions& options);
-
-/// Drives a free-running server or a robot: answers each set of sensor messages with an
-/// `effort_command` [N m].
-///
-/// The topic `episode` reports where episodes begin and end. If nothing publishes it, as on a
-/// robot, there is one endless episode. With seeds, the agent begins each episode through ~reset;
-/// without seeds, the server does.
-/// @throws std::invalid_argument if the agent does not fit the environment
-void drive_by_topics(const AgentOptions& options);
 
 }  // namespace walker

@@ -1,2 +1,0 @@
-walker_sim_sources(agents_sources
-  options remote_server sensor_messages sensor_topics service_agent topic_agent)

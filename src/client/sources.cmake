@@ -1,1 +1,0 @@
-walker_sim_sources(core_sources client messages service_connection)

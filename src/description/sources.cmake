@@ -1,1 +1,0 @@
-walker_sim_sources(server_sources link_tree planar_shapes urdf)

@@ -1,1 +1,0 @@
-walker_sim_sources(core_sources episode episode_record pool saved_state)

@@ -1,1 +1,0 @@
-walker_sim_sources(replay_sources bag_reader replay)

@@ -1,1 +1,0 @@
-walker_sim_sources(server_sources library_fixes listening node_arguments node_main private_parameters records)

@@ -1,1 +1,0 @@
-walker_sim_sources(core_sources choose_kernel workspace)

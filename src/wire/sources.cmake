@@ -1,1 +1,0 @@
-walker_sim_sources(wire_sources master socket xml_rpc)
