@@ -6,7 +6,6 @@
 
 #include "episode/episode.h"
 #include "walker_sim/EpisodeRecord.h"
-#include "walker_sim/EpisodeRecord.h"
 
 namespace walker {
 

@@ -147,7 +147,12 @@ class LockstepTest(ServerTest):
         return transitions
 
     def record_all(self, topics):
-        return {topic: self.record(self.space + topic, kind) for topic, kind in topics.items()}
+        publishers = dict(rosgraph.Master(CALLER).getSystemState()[0])  # both servers publish /tf
+        names = {topic: self.space + topic for topic in topics}
+        return {
+            topic: self.record(names[topic], kind, len(publishers[names[topic]]))
+            for topic, kind in topics.items()
+        }
 
     def uri(self):
         return rosgraph.Master(CALLER).lookupNode(self.space + SERVER)
