@@ -103,7 +103,7 @@ walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${left_ou
 
 set(left_out "")
 if(NOT bipedal_walker_kernels)
-  set(left_out kernel_test rotation_test trial_test)
+  set(left_out kernel_test rotation_test)
 endif()
 walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries} LEFT_OUT ${left_out})
 

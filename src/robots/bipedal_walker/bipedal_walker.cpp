@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <stdexcept>
 #include <string>
-
-#include "robots/bipedal_walker/kernel/trial.h"
-#include "robots/bipedal_walker/together.h"
+#include <utility>
 
 namespace walker::bipedal_walker {
 namespace {
@@ -29,6 +26,18 @@ b2Vec2 velocity_of_origin(const b2Body& body) {
 
 }  // namespace
 
+double reward_of_step(double x, double angle, bool fell, const double* action,
+                      std::optional<double>& shaping) {
+  constexpr double kTorqueCost = 0.00035 * kMotorTorque;
+  const auto before = std::exchange(shaping, 130 * x / kScale - 5.0 * std::abs(angle));
+  float reward = before ? static_cast<float>(*shaping - *before) : 0.0F;
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    const float effort = std::min(std::abs(static_cast<float>(action[i])), 1.0F);
+    reward -= static_cast<float>(kTorqueCost) * effort;
+  }
+  return fell ? kFallReward : double{reward};
+}
+
 BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
   const KernelChoice choice = choose_kernel();
   kernel_ = choice.kernel;
@@ -42,7 +51,7 @@ void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   terrain_ = generate_terrain(generator, options_.hardcore);
   clouds_ = generate_clouds(generator);
   physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
-  reward_.restart();
+  shaping_.reset();
   // Gymnasium's reset ends with a step without torque and discards its reward and flags.
   const std::array<double, kJointCount> no_torque{};
   advance(no_torque.data());
@@ -132,7 +141,8 @@ void BipedalWalker::observe(double* observation) const {
 double BipedalWalker::reward(const double* action) {
   const b2Body& hull = physics_->hull();
   const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
-  return reward_.of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action);
+  return reward_of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action,
+                        shaping_);
 }
 
 const char* BipedalWalker::end_reason() const {
@@ -181,5 +191,65 @@ void BipedalWalker::sense(Sensors& sensors) {
 }
 
 void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_, scene); }
+
+/// Terrain and clouds are not written; `load` draws them again from the generator's state.
+void BipedalWalker::save(StateWriter& writer) const {
+  writer.number(std::uint8_t{has_world()});
+  if (!has_world()) return;
+  writer.numbers(terrain_origin_.data(), terrain_origin_.size());
+  writer.number(std::uint8_t{shaping_.has_value()});
+  writer.number(shaping_.value_or(0));
+  writer.number(velocity_before_step_);
+  for (const RayHit& ray : lidar_) {
+    writer.number(ray.fraction);
+    writer.number(std::uint8_t{ray.hit});
+  }
+  physics_->save(writer);
+}
+
+std::function<void()> BipedalWalker::load(StateReader& reader) {
+  if (!reader.flag()) {  // the next reset makes a world
+    return [this] {
+      physics_.reset();
+      world_is_broken_ = false;
+    };
+  }
+  GeneratorState terrain_origin{};
+  reader.numbers(terrain_origin.data(), terrain_origin.size());
+  const bool has_shaping = reader.flag();
+  std::optional<double> shaping = reader.number<double>();
+  if (!has_shaping) shaping.reset();
+  const auto velocity_before_step = reader.number<b2Vec2>();
+  LidarScan lidar;
+  for (RayHit& ray : lidar) {
+    ray.fraction = reader.number<float>();
+    ray.hit = reader.flag();
+  }
+  const bool is_same_terrain = has_world() && terrain_origin == terrain_origin_;
+  Terrain terrain;
+  Clouds clouds{};
+  if (!is_same_terrain) {
+    Generator generator(terrain_origin);
+    terrain = generate_terrain(generator, options_.hardcore);
+    clouds = generate_clouds(generator);
+  }
+  auto restore = Physics::read_state(reader, is_same_terrain ? terrain_ : terrain);
+  return [this, is_same_terrain, terrain_origin, clouds, shaping, velocity_before_step, lidar,
+          terrain = std::move(terrain), restore = std::move(restore)] {
+    if (!is_same_terrain) {
+      world_is_broken_ = true;  // until `build` has returned
+      physics_.emplace();
+      physics_->build(terrain, 0);
+      world_is_broken_ = false;
+      terrain_origin_ = terrain_origin;
+      terrain_ = terrain;
+      clouds_ = clouds;
+    }
+    restore(*physics_);
+    shaping_ = shaping;
+    velocity_before_step_ = velocity_before_step;
+    lidar_ = lidar;
+  };
+}
 
 }  // namespace walker::bipedal_walker

@@ -7,15 +7,27 @@
 #include <vector>
 
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/lidar.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/physics.h"
-#include "robots/bipedal_walker/reward.h"
 #include "robots/bipedal_walker/specification.h"
 #include "robots/bipedal_walker/terrain.h"
 #include "robots/robot.h"
 
 namespace walker::bipedal_walker {
+
+/// Gymnasium's shaped reward of a step: 130 / 30 per metre of progress (about 300 to the far end),
+/// minus 5 per radian of added hull tilt, minus 0.028 per joint at full torque; -100 instead for a
+/// fall.
+///
+/// The difference of shapings is computed in double precision. The costs are then subtracted in
+/// single precision, as with float32 actions under NumPy 2.
+/// @param x       x of the hull's origin after the step [m]
+/// @param angle   hull angle after the step [rad]
+/// @param fell    whether the hull touched the ground or left the terrain behind the start
+/// @param action  kJointCount values
+/// @param shaping the previous step's, empty in an episode's first step; receives this step's
+double reward_of_step(double x, double angle, bool fell, const double* action,
+                      std::optional<double>& shaping);
 
 /// Gymnasium's BipedalWalker, to the bit. Observations are float32 values; so are rewards, except
 /// for the constant -100 of a fall.
@@ -60,7 +72,7 @@ class BipedalWalker : public Robot {
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;
-  Reward reward_;
+  std::optional<double> shaping_;      // of the reward
   b2Vec2 velocity_before_step_{0, 0};  // velocity of the hull's origin [m/s]
 };
 

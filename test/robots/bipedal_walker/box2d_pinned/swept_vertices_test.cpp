@@ -1,12 +1,12 @@
 // If SweptVertices proves that shapes stay apart, b2TimeOfImpact finds no impact.
 // Compiled with -fno-access-control, because b2Body's sweep is private.
-#include "robots/bipedal_walker/box2d_pinned/swept_vertices.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include "robots/bipedal_walker/box2d_pinned/world_toi.h"
 
 namespace walker::bipedal_walker {
 namespace {

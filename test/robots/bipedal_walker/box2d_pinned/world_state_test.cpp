@@ -1,6 +1,4 @@
 // A world that loads another world's state has all of its state and the same future.
-#include "robots/bipedal_walker/world_state.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
@@ -20,21 +18,21 @@ class World : public Twin {
   std::vector<std::byte> save() {
     std::vector<std::byte> state;
     StateWriter writer(state);
-    WorldState::save(*physics_, writer);
+    physics_->save(writer);
     return state;
   }
 
   void load(World& other) {
     const std::vector<std::byte> state = other.save();
     StateReader reader(state.data(), state.size());
-    const WorldState world = WorldState::read(reader, other.terrain_);
+    const auto restore = Physics::read_state(reader, other.terrain_);
     reader.finish();
     if (other.terrain_.ground[50].y != terrain_.ground[50].y) {
       terrain_ = other.terrain_;
       physics_.emplace();
       physics_->build(terrain_, 0);
     }
-    world.restore(*physics_);
+    restore(*physics_);
     generator_ = other.generator_;
   }
 

@@ -14,7 +14,6 @@
 #include "robots/bipedal_walker/kernel/world_words.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/terrain.h"
-#include "robots/bipedal_walker/together.h"
 
 namespace walker::bipedal_walker {
 namespace {
