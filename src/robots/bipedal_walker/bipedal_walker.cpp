@@ -11,12 +11,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-std::string stepper_of(const KernelChoice& choice) {
-  return choice.kernel != nullptr ? std::string("the library, in groups by the kernel for ") +
-                                        choice.kernel->instruction_set
-                                  : "the library: " + choice.fallback_reason;
-}
-
 /// Computes the arm in the body's frame. Box2D's own function subtracts two world positions, which
 /// is inaccurate in single precision far from the origin.
 b2Vec2 velocity_of_origin(const b2Body& body) {
@@ -38,17 +32,23 @@ double reward_of_step(double x, double angle, bool fell, const double* action,
   return fell ? kFallReward : double{reward};
 }
 
-BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
+BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters)
+    : is_hardcore_(std::get<bool>(parameters.at("hardcore"))),
+      reuses_world_(std::get<bool>(parameters.at("reuse_world"))) {
   const KernelChoice choice = choose_kernel();
   kernel_ = choice.kernel;
-  specification_ = make_specification(options, stepper_of(choice));
+  specification_ = make_specification(
+      id, parameters,
+      kernel_ != nullptr
+          ? std::string("the library, in groups by the kernel for ") + kernel_->instruction_set
+          : "the library: " + choice.fallback_reason);
 }
 
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   renew_world();
   // Draws in Gymnasium's order: terrain, clouds, push.
   terrain_origin_ = generator.state();
-  terrain_ = generate_terrain(generator, options_.hardcore);
+  terrain_ = generate_terrain(generator, is_hardcore_);
   clouds_ = generate_clouds(generator);
   physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
   shaping_.reset();
@@ -96,7 +96,7 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
 }
 
 void BipedalWalker::renew_world() {
-  if (physics_ && options_.reuse_world && !world_is_broken_) {
+  if (physics_ && reuses_world_ && !world_is_broken_) {
     physics_->destroy();
   } else {
     physics_.emplace();
@@ -126,8 +126,16 @@ std::exception_ptr BipedalWalker::break_world() {
 }
 
 void BipedalWalker::finish_step(RobotStep& step) {
+  constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
   step.reward = reward(step.action);
-  step.end_reason = end_reason();
+  const auto x = double{physics_->hull().GetPosition().x};
+  if (physics_->hull_has_touched()) {
+    step.end_reason = "hull touched the ground";
+  } else if (x < 0) {
+    step.end_reason = "hull left the terrain";
+  } else {
+    step.end_reason = x > kFarEnd ? "arrived at the far end" : "";
+  }
   step.terminated = step.end_reason[0] != '\0';
 }
 
@@ -143,14 +151,6 @@ double BipedalWalker::reward(const double* action) {
   const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
   return reward_of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action,
                         shaping_);
-}
-
-const char* BipedalWalker::end_reason() const {
-  const auto x = double{physics_->hull().GetPosition().x};
-  constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
-  if (physics_->hull_has_touched()) return "hull touched the ground";
-  if (x < 0) return "hull left the terrain";
-  return x > kFarEnd ? "arrived at the far end" : "";
 }
 
 void BipedalWalker::sense(Sensors& sensors) {
@@ -230,7 +230,7 @@ std::function<void()> BipedalWalker::load(StateReader& reader) {
   Clouds clouds{};
   if (!is_same_terrain) {
     Generator generator(terrain_origin);
-    terrain = generate_terrain(generator, options_.hardcore);
+    terrain = generate_terrain(generator, is_hardcore_);
     clouds = generate_clouds(generator);
   }
   auto restore = Physics::read_state(reader, is_same_terrain ? terrain_ : terrain);

@@ -33,7 +33,8 @@ double reward_of_step(double x, double angle, bool fell, const double* action,
 /// for the constant -100 of a fall.
 class BipedalWalker : public Robot {
  public:
-  explicit BipedalWalker(const Options& options);
+  /// @param parameters complete
+  BipedalWalker(const std::string& id, const Parameters& parameters);
 
   const Specification& specification() const override { return *specification_; }
   void reset(Generator& generator, double* info) override;
@@ -59,9 +60,9 @@ class BipedalWalker : public Robot {
   void advance(const double* action);
   std::exception_ptr break_world();
   double reward(const double* action);
-  const char* end_reason() const;
 
-  Options options_;
+  bool is_hardcore_;
+  bool reuses_world_;
   const Kernel* kernel_;  // steps a group of worlds; null if none is available
   std::shared_ptr<const Specification> specification_;
   // Empty before the first reset. Stored in place: a step touches little of a world's 100 KiB, and

@@ -9,20 +9,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// The rays as vectors: forward, down [m]. Computed by the C library's sine, as in Gymnasium.
-const std::array<std::array<double, 2>, kLidarRays>& rays() {
-  static const std::array<std::array<double, 2>, kLidarRays> kRays = [] {
-    std::array<std::array<double, 2>, kLidarRays> vectors{};
-    for (int i = 0; i < kLidarRays; ++i) {
-      const double angle = 1.5 * i / 10.0;
-      vectors[static_cast<std::size_t>(i)] = {std::sin(angle) * kLidarRange,
-                                              std::cos(angle) * kLidarRange};
-    }
-    return vectors;
-  }();
-  return kRays;
-}
-
 using RayEnds = std::array<b2Vec2, kLidarRays>;
 
 /// Far above the rounding errors of ground and rays [m].
@@ -66,32 +52,6 @@ void intersect_obstacle(const b2Fixture& obstacle, float left, const b2Vec2& ori
     const b2RayCastInput input{origin, ends[i], scan[i].fraction};
     b2RayCastOutput output;
     if (obstacle.RayCast(&output, input, 0)) keep_nearest(output.fraction, scan[i]);
-  }
-}
-
-/// Finds the first hit of each ray from `origin` to `ends`, which are in ascending order of x. Does
-/// not search the world's tree: the ground is sorted from left to right, so the few pieces that
-/// rays can hit are known. The nearest hit does not depend on their order.
-void cast_rays(const Physics& physics, const Terrain& terrain, const b2Vec2& origin,
-               const RayEnds& ends, LidarScan& scan) {
-  // Box2D's own assertion, which fails for rays of zero length and for NaN.
-  for (const b2Vec2& end : ends) b2Assert((end - origin).LengthSquared() > 0);
-  const float left = origin.x - kMargin;
-  const float right = ends.back().x + kMargin;
-
-  const auto edge_below = [&](float x) {
-    constexpr double kLastEdge = kTerrainLength - 2;
-    const double index = std::floor(double{x} / kTerrainStep);
-    return static_cast<std::size_t>(std::clamp(index, 0.0, kLastEdge));
-  };
-  for (std::size_t i = edge_below(left); i <= edge_below(right); ++i) {
-    intersect_edge(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]), origin, ends,
-                   scan);
-  }
-  for (std::size_t i = 0; i < terrain.obstacles.size(); ++i) {
-    const std::array<Point, 4>& corners = terrain.obstacles[i];  // left and right first
-    if (corners[1].x < double{left} || corners[0].x > double{right}) continue;
-    intersect_obstacle(physics.obstacle(i), static_cast<float>(corners[0].x), origin, ends, scan);
   }
 }
 
@@ -142,17 +102,46 @@ class Builder : public ObservationBuilder {
 
 }  // namespace
 
+/// Does not search the world's tree: the ground is sorted from left to right, so the few pieces
+/// that rays can hit are known. The nearest hit does not depend on their order.
 void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan) {
+  // The rays as vectors: forward, down [m]. Computed by the C library's sine, as in Gymnasium.
+  static const auto kRays = [] {
+    std::array<std::array<double, 2>, kLidarRays> rays{};
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const double angle = 1.5 * static_cast<double>(i) / 10.0;
+      rays[i] = {std::sin(angle) * kLidarRange, std::cos(angle) * kLidarRange};
+    }
+    return rays;
+  }();
   const b2Vec2 origin = physics.hull().GetPosition();
   RayEnds ends;
   for (std::size_t i = 0; i < ends.size(); ++i) {
-    const auto [forward, down] = rays()[i];
+    const auto [forward, down] = kRays[i];
     // Summed in double and rounded once, as Gymnasium does.
     ends[i] = b2Vec2(static_cast<float>(double{origin.x} + forward),
                      static_cast<float>(double{origin.y} - down));
+    // Box2D's own assertion, which fails for rays of zero length and for NaN.
+    b2Assert((ends[i] - origin).LengthSquared() > 0);
   }
   scan = {};
-  cast_rays(physics, terrain, origin, ends, scan);
+  const float left = origin.x - kMargin;
+  const float right = ends.back().x + kMargin;  // ends are in ascending order of x
+
+  const auto edge_below = [&](float x) {
+    constexpr double kLastEdge = kTerrainLength - 2;
+    const double index = std::floor(double{x} / kTerrainStep);
+    return static_cast<std::size_t>(std::clamp(index, 0.0, kLastEdge));
+  };
+  for (std::size_t i = edge_below(left); i <= edge_below(right); ++i) {
+    intersect_edge(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]), origin, ends,
+                   scan);
+  }
+  for (std::size_t i = 0; i < terrain.obstacles.size(); ++i) {
+    const std::array<Point, 4>& corners = terrain.obstacles[i];  // left and right first
+    if (corners[1].x < double{left} || corners[0].x > double{right}) continue;
+    intersect_obstacle(physics.obstacle(i), static_cast<float>(corners[0].x), origin, ends, scan);
+  }
 }
 
 Observed observed_in(const Physics& physics) {
@@ -192,8 +181,9 @@ void write_observation(const Observed& observed, double* observation) {
                  observation + kFirstRay, rounded);
 }
 
-std::unique_ptr<ObservationBuilder> make_observation_builder(const Options& options) {
-  return std::make_unique<Builder>(make_specification(options));
+std::unique_ptr<ObservationBuilder> make_observation_builder(const std::string& id,
+                                                             const Parameters& parameters) {
+  return std::make_unique<Builder>(make_specification(id, parameters));
 }
 
 }  // namespace walker::bipedal_walker

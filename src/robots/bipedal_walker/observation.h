@@ -54,6 +54,7 @@ Observed observed_in(const Physics& physics);
 /// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);
 
-std::unique_ptr<ObservationBuilder> make_observation_builder(const Options& options);
+std::unique_ptr<ObservationBuilder> make_observation_builder(const std::string& id,
+                                                             const Parameters& parameters);
 
 }  // namespace walker::bipedal_walker

@@ -118,8 +118,6 @@ void Physics::Contacts::BeginContact(b2Contact* contact) {
   set_legs(*contact, true);
 }
 
-void Physics::Contacts::EndContact(b2Contact* contact) { set_legs(*contact, false); }
-
 void Physics::Contacts::set_legs(b2Contact& contact, bool touch) {
   for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
     if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;

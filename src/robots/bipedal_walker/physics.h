@@ -78,7 +78,7 @@ class Physics {
    public:
     void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2);
     void BeginContact(b2Contact* contact) override;
-    void EndContact(b2Contact* contact) override;
+    void EndContact(b2Contact* contact) override { set_legs(*contact, false); }
 
     bool hull_has_touched = false;
     std::array<bool, 2> leg_touches{};

@@ -1,5 +1,5 @@
 walker_sim_sources(core_sources
-  bipedal_walker canvas heuristic kernel/kernel observation physics registration renderer specification terrain)
+  bipedal_walker heuristic kernel/kernel observation physics registration renderer specification terrain)
 foreach(name world_shortcuts world_state world_step world_toi)
   walker_sim_sources(core_sources box2d_pinned/${name})
 endforeach()

@@ -154,10 +154,9 @@ class FailingFilter : public b2ContactFilter {
 class BrokenWorldTest : public testing::Test {
  protected:
   void make(bool reuse_world) {
-    Options options;
-    options.id = kPlain;
-    options.reuse_world = reuse_world;
-    auto walker = std::make_unique<BipedalWalker>(options);
+    auto walker = std::make_unique<BipedalWalker>(
+        kPlain,
+        complete_parameters(parameter_descriptions(kPlain), {{"reuse_world", reuse_world}}));
     walker_ = walker.get();
     episode_ = std::make_unique<Episode>(std::move(walker));
     result_.observation = observation_.data();

@@ -57,16 +57,10 @@ TEST_P(SavedStateTest, HasTheSameFuture) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<SavedStateTest::ParamType>& info) {
-  const auto& [id, reuse_world, kind] = info.param;
-  return (id == kPlain ? "plain_" : "hardcore_") + kind + (reuse_world ? "_reused" : "");
-}
-
 INSTANTIATE_TEST_SUITE_P(
     Walkers, SavedStateTest,
     testing::Combine(testing::Values(kPlain, "BipedalWalkerHardcore-v3"), testing::Bool(),
-                     testing::Values("random", "heuristic", "noisy", "saturated")),
-    name_of);
+                     testing::Values("random", "heuristic", "noisy", "saturated")));
 
 Stepper walked(const std::string& id = kPlain, const Parameters& parameters = {},
                int num_steps = 30) {

@@ -66,28 +66,27 @@ static_assert(sizeof(SavedBody) == 19 * kWord && sizeof(SavedTerrain) == 20 * kW
 constexpr std::uint32_t kContactFlags = b2Contact::e_touchingFlag | b2Contact::e_enabledFlag |
                                         b2Contact::e_filterFlag | b2Contact::e_bulletHitFlag;
 
-SavedBody saved(const b2Body& body) {
-  const b2Sweep& sweep = body.m_sweep;
-  return {sweep.c0,
-          sweep.c,
-          sweep.a0,
-          sweep.a,
-          sweep.alpha0,
-          body.m_xf,
-          body.m_linearVelocity,
-          body.m_angularVelocity,
-          body.m_force,
-          body.m_torque,
-          body.m_sleepTime,
-          body.IsAwake() ? 1U : 0U};
+auto numbers_of(b2Body& body) {
+  b2Sweep& sweep = body.m_sweep;
+  return std::tie(sweep.c0, sweep.c, sweep.a0, sweep.a, sweep.alpha0, body.m_xf,
+                  body.m_linearVelocity, body.m_angularVelocity, body.m_force, body.m_torque,
+                  body.m_sleepTime);
 }
 
-void restore(const SavedBody& saved, b2Body& body) {
-  b2Sweep& sweep = body.m_sweep;
-  std::tie(sweep.c0, sweep.c, sweep.a0, sweep.a, sweep.alpha0, body.m_xf, body.m_linearVelocity,
-           body.m_angularVelocity, body.m_force, body.m_torque, body.m_sleepTime) =
-      std::tie(saved.c0, saved.c, saved.a0, saved.a, saved.alpha0, saved.transform, saved.velocity,
-               saved.angular_velocity, saved.force, saved.torque, saved.sleep_time);
+auto numbers_of(SavedBody& body) {
+  return std::tie(body.c0, body.c, body.a0, body.a, body.alpha0, body.transform, body.velocity,
+                  body.angular_velocity, body.force, body.torque, body.sleep_time);
+}
+
+SavedBody saved(b2Body& body) {
+  SavedBody saved;
+  numbers_of(saved) = numbers_of(body);
+  saved.is_awake = body.IsAwake() ? 1 : 0;
+  return saved;
+}
+
+void restore(SavedBody saved, b2Body& body) {
+  numbers_of(body) = numbers_of(saved);
   body.m_flags = static_cast<uint16>(body.m_flags & ~(b2Body::e_awakeFlag | b2Body::e_islandFlag));
   if (saved.is_awake != 0) body.m_flags |= b2Body::e_awakeFlag;
 }
@@ -104,12 +103,6 @@ SavedBody terrain_at_rest() {
   body.transform.q.c = 1;
   body.is_awake = 1;
   return body;
-}
-
-/// Compares bytes: 0 and -0 differ.
-bool is_same(const SavedBody& a, const SavedBody& b) {
-  // A struct without padding. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
-  return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 SavedContact saved(const b2Contact& contact, std::int32_t fixture_a, std::int32_t fixture_b) {
@@ -402,12 +395,14 @@ void Physics::save(StateWriter& writer) const {
   writer.number(std::uint8_t{contacts_.hull_has_touched});
   for (const bool touches : contacts_.leg_touches) writer.number(std::uint8_t{touches});
   writer.number(world_.m_inv_dt0);
-  for (const b2Body* body : parts.bodies) writer.number(saved(*body));
+  for (b2Body* body : parts.bodies) writer.number(saved(*body));
   const SavedBody at_rest = terrain_at_rest();
   std::vector<SavedTerrain> disturbed;
   for (std::size_t i = 0; i < terrain_.size(); ++i) {
     const SavedBody body = saved(*terrain_[i]);
-    if (!is_same(body, at_rest)) disturbed.push_back({static_cast<std::int32_t>(i), body});
+    // Compares bytes: 0 and -0 differ. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
+    if (std::memcmp(&body, &at_rest, sizeof body) == 0) continue;
+    disturbed.push_back({static_cast<std::int32_t>(i), body});
   }
   write(disturbed, writer);
   for (const b2RevoluteJoint* joint : parts.joints) {

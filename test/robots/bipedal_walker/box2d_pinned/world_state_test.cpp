@@ -5,7 +5,6 @@
 #include <string>
 #include <tuple>
 
-#include "robots/bipedal_walker/kernel/world_words.h"
 #include "robots/bipedal_walker/twin.h"
 
 namespace walker::bipedal_walker {
@@ -104,15 +103,9 @@ TEST_P(WorldStateTest, HasTheSameFuture) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<WorldStateTest::ParamType>& info) {
-  const auto& [mode, hardcore, reuse_world] = info.param;
-  return mode + (hardcore ? "_hardcore" : "_plain") + (reuse_world ? "_reused" : "");
-}
-
 INSTANTIATE_TEST_SUITE_P(Worlds, WorldStateTest,
                          testing::Combine(testing::Values("random", "rest"), testing::Bool(),
-                                          testing::Bool()),
-                         name_of);
+                                          testing::Bool()));
 
 }  // namespace
 }  // namespace walker::bipedal_walker

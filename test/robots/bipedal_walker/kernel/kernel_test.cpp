@@ -51,15 +51,9 @@ TEST_P(KernelTest, HasBox2dsBits) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<KernelTest::ParamType>& info) {
-  const auto& [mode, hardcore, reuse_world] = info.param;
-  return mode + (hardcore ? "_hardcore" : "_plain") + (reuse_world ? "_reused" : "");
-}
-
 INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
-                         testing::Combine(testing::ValuesIn(modes()), testing::Bool(),
-                                          testing::Bool()),
-                         name_of);
+                         testing::Combine(testing::ValuesIn(kModes), testing::Bool(),
+                                          testing::Bool()));
 
 const Kernel& original() { return *kernels().front(); }
 
@@ -137,18 +131,14 @@ TEST(KernelGroupTest, AnyNumberOfWorlds) {
 }
 
 TEST(TrialTest, EveryKernelHasBox2dsBits) {
-  ASSERT_FALSE(kernels().empty());
-  for (const Kernel* kernel : kernels())
+  for (const Kernel* kernel : kernels()) {
     EXPECT_TRUE(has_box2ds_bits(*kernel)) << kernel->instruction_set;
+  }
 }
 
 TEST(TrialTest, RejectsOtherSteps) {
   Kernel kernel = original();
-  kernel.solve = [](Island* const* islands, std::size_t count, const Model& model) {
-    Model less = model;
-    --less.velocity_iterations;
-    original().solve(islands, count, less);
-  };
+  kernel.solve = solve_less<&Model::velocity_iterations>;
   EXPECT_FALSE(has_box2ds_bits(kernel));
 }
 
