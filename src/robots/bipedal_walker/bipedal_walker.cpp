@@ -45,7 +45,12 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
 }
 
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
-  renew_world();
+  if (physics_ && reuses_world_ && !world_is_broken_) {
+    physics_->destroy();
+  } else {
+    physics_.emplace();
+    world_is_broken_ = false;
+  }
   // Draws in Gymnasium's order: terrain, clouds, push.
   terrain_origin_ = generator.state();
   terrain_ = generate_terrain(generator, is_hardcore_);
@@ -54,12 +59,19 @@ void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   shaping_.reset();
   // Gymnasium's reset ends with a step without torque and discards its reward and flags.
   const std::array<double, kJointCount> no_torque{};
-  advance(no_torque.data());
-  reward(no_torque.data());
+  RobotStep discarded;
+  discarded.action = no_torque.data();
+  step(discarded);
 }
 
 void BipedalWalker::step(RobotStep& step) {
-  advance(step.action);
+  begin_step(step.action);
+  try {
+    physics_->step();
+    cast_lidar(*physics_, terrain_, lidar_);
+  } catch (const std::exception&) {
+    std::rethrow_exception(break_world());
+  }
   finish_step(step);
 }
 
@@ -95,25 +107,6 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   }
 }
 
-void BipedalWalker::renew_world() {
-  if (physics_ && reuses_world_ && !world_is_broken_) {
-    physics_->destroy();
-  } else {
-    physics_.emplace();
-    world_is_broken_ = false;
-  }
-}
-
-void BipedalWalker::advance(const double* action) {
-  begin_step(action);
-  try {
-    physics_->step();
-    cast_lidar(*physics_, terrain_, lidar_);
-  } catch (const std::exception&) {
-    std::rethrow_exception(break_world());
-  }
-}
-
 void BipedalWalker::begin_step(const double* action) {
   velocity_before_step_ = velocity_of_origin(physics_->hull());
   physics_->drive(action);
@@ -127,8 +120,9 @@ std::exception_ptr BipedalWalker::break_world() {
 
 void BipedalWalker::finish_step(RobotStep& step) {
   constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
-  step.reward = reward(step.action);
-  const auto x = double{physics_->hull().GetPosition().x};
+  const b2Body& hull = physics_->hull();
+  const auto x = double{hull.GetPosition().x};
+  const bool fell = physics_->hull_has_touched() || x < 0;
   if (physics_->hull_has_touched()) {
     step.end_reason = "hull touched the ground";
   } else if (x < 0) {
@@ -137,6 +131,7 @@ void BipedalWalker::finish_step(RobotStep& step) {
     step.end_reason = x > kFarEnd ? "arrived at the far end" : "";
   }
   step.terminated = step.end_reason[0] != '\0';
+  step.reward = reward_of_step(x, double{hull.GetAngle()}, fell, step.action, shaping_);
 }
 
 void BipedalWalker::observe(double* observation) const {
@@ -144,13 +139,6 @@ void BipedalWalker::observe(double* observation) const {
   std::transform(lidar_.begin(), lidar_.end(), observed.ray_fraction.begin(),
                  [](const RayHit& ray) { return double{ray.fraction}; });
   write_observation(observed, observation);
-}
-
-double BipedalWalker::reward(const double* action) {
-  const b2Body& hull = physics_->hull();
-  const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
-  return reward_of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action,
-                        shaping_);
 }
 
 void BipedalWalker::sense(Sensors& sensors) {

@@ -53,13 +53,10 @@ class BipedalWalker : public Robot {
  private:
   friend class BrokenWorldTest;  // simulates a failed assertion
 
-  void renew_world();
   bool has_world() const { return physics_ && !world_is_broken_; }
   void begin_step(const double* action);
   void finish_step(RobotStep& step);
-  void advance(const double* action);
   std::exception_ptr break_world();
-  double reward(const double* action);
 
   bool is_hardcore_;
   bool reuses_world_;

@@ -112,20 +112,6 @@ void set_engine(Specification& specification) {
   }
 }
 
-Specification build_specification(const std::string& id, const Parameters& parameters,
-                                  const std::string& stepper) {
-  Specification specification = common_specification();
-  specification.id = id;
-  for (const char* name : {"hardcore", "reuse_world", "max_episode_steps"}) {
-    specification.parameters.emplace_back(name, parameters.at(name));
-  }
-  specification.max_episode_steps =
-      static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at("max_episode_steps")));
-  specification.episodes_are_independent = !std::get<bool>(parameters.at("reuse_world"));
-  if (!stepper.empty()) specification.engine_version += kSteppedBy + stepper;
-  return specification;
-}
-
 }  // namespace
 
 const Specification& common_specification() {
@@ -154,12 +140,17 @@ std::shared_ptr<const Specification> make_specification(const std::string& id,
       specifications;
   const std::lock_guard<std::mutex> lock(mutex);
   std::weak_ptr<const Specification>& known = specifications[{id, parameters, stepper}];
-  std::shared_ptr<const Specification> specification = known.lock();
-  if (!specification) {
-    specification =
-        std::make_shared<const Specification>(build_specification(id, parameters, stepper));
-    known = specification;
+  if (auto specification = known.lock()) return specification;
+  auto specification = std::make_shared<Specification>(common_specification());
+  specification->id = id;
+  for (const char* name : {"hardcore", "reuse_world", "max_episode_steps"}) {
+    specification->parameters.emplace_back(name, parameters.at(name));
   }
+  specification->max_episode_steps =
+      static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at("max_episode_steps")));
+  specification->episodes_are_independent = !std::get<bool>(parameters.at("reuse_world"));
+  if (!stepper.empty()) specification->engine_version += kSteppedBy + stepper;
+  known = specification;
   return specification;
 }
 

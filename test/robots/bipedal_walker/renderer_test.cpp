@@ -309,9 +309,10 @@ TEST_F(RendererTest, RejectsWrongParameters) {
 TEST_F(RendererTest, RejectsACaptureOfAnotherWalker) {
   Stepper walker("Walker2d-v5");
   walker.reset(0);
-  capture(*walker.environment, 0, captured_);
+  StateCapture another;
+  capture(*walker.environment, 0, another);
   const std::string message =
-      message_of<std::invalid_argument>([&] { renderer_->render(captured_, {}, image_); });
+      message_of<std::invalid_argument>([&] { renderer_->render(another, {}, image_); });
   EXPECT_EQ(message, "capture with 7 links and 0 rays; must have, as BipedalWalker, 5 and 10");
 }
 

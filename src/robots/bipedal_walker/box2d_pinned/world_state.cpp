@@ -199,7 +199,8 @@ class SavedWorld {
     restore_tree(world.m_contactManager.m_broadPhase, fixtures);
     restore_contacts(world.m_contactManager, fixtures);  // wakes bodies
 
-    for (b2Body* body : terrain) bipedal_walker::restore(terrain_at_rest(), *body);
+    const SavedBody at_rest = terrain_at_rest();
+    for (b2Body* body : terrain) bipedal_walker::restore(at_rest, *body);
     for (const auto& [index, body] : terrain_bodies_) {
       bipedal_walker::restore(body, *terrain[static_cast<std::size_t>(index)]);
     }
@@ -411,12 +412,12 @@ void Physics::save(StateWriter& writer) const {
   }
 
   const b2DynamicTree& tree = world_.m_contactManager.m_broadPhase.m_tree;
-  std::vector<std::int32_t> leaves;
+  const std::vector<b2Fixture*> fixtures = fixtures_of(terrain_, parts);
+  std::vector<std::int32_t> leaves(fixtures.size());
   std::vector<std::int32_t> fixture_of_leaf(static_cast<std::size_t>(tree.m_nodeCapacity));
-  for (const b2Fixture* fixture : fixtures_of(terrain_, parts)) {
-    const std::int32_t leaf = fixture->m_proxies[0].proxyId;
-    fixture_of_leaf[static_cast<std::size_t>(leaf)] = static_cast<std::int32_t>(leaves.size());
-    leaves.push_back(leaf);
+  for (std::size_t i = 0; i < fixtures.size(); ++i) {
+    leaves[i] = fixtures[i]->m_proxies[0].proxyId;
+    fixture_of_leaf[static_cast<std::size_t>(leaves[i])] = static_cast<std::int32_t>(i);
   }
   const auto index_of = [&](const b2Fixture& fixture) {
     return fixture_of_leaf[static_cast<std::size_t>(fixture.m_proxies[0].proxyId)];
@@ -432,8 +433,8 @@ void Physics::save(StateWriter& writer) const {
 
   writer.number(std::int32_t{tree.m_root});
   writer.number(std::int32_t{tree.m_freeList});
-  std::vector<SavedNode> nodes;
-  std::transform(tree.m_nodes, tree.m_nodes + tree.m_nodeCapacity, std::back_inserter(nodes),
+  std::vector<SavedNode> nodes(static_cast<std::size_t>(tree.m_nodeCapacity));
+  std::transform(tree.m_nodes, tree.m_nodes + tree.m_nodeCapacity, nodes.begin(),
                  [](const b2TreeNode& node) { return saved(node); });
   write(nodes, writer);
 }

@@ -1,7 +1,7 @@
 // Box2D's vector algebra (b2Math.h) on one number per lane, in Box2D's order of operations, with
 // its rotations, and copies between worlds and lanes.
 //
-// This file, those beside it that say so, and world_step.cpp and world_toi.cpp restate formulas
+// This file, those beside it that say so, and world_step.cpp and world_toi.h restate formulas
 // of Box2D 2.3 in code of our own, for several worlds at once. They are altered and not the
 // original software. Box2D's notice:
 //
