@@ -15,20 +15,6 @@
 
 namespace walker::bipedal_walker {
 
-/// Gymnasium's shaped reward of a step: 130 / 30 per metre of progress (about 300 to the far end),
-/// minus 5 per radian of added hull tilt, minus 0.028 per joint at full torque; -100 instead for a
-/// fall.
-///
-/// The difference of shapings is computed in double precision. The costs are then subtracted in
-/// single precision, as with float32 actions under NumPy 2.
-/// @param x       x of the hull's origin after the step [m]
-/// @param angle   hull angle after the step [rad]
-/// @param fell    whether the hull touched the ground or left the terrain behind the start
-/// @param action  kJointCount values
-/// @param shaping the previous step's, empty in an episode's first step; receives this step's
-double reward_of_step(double x, double angle, bool fell, const double* action,
-                      std::optional<double>& shaping);
-
 /// Gymnasium's BipedalWalker, to the bit. Observations are float32 values; so are rewards, except
 /// for the constant -100 of a fall.
 class BipedalWalker : public Robot {

@@ -51,10 +51,6 @@ b2Vec2 gravity() {
   return kVector;
 }
 
-bool has(b2Contact& contact, const b2Body* body) {
-  return contact.GetFixtureA()->GetBody() == body || contact.GetFixtureB()->GetBody() == body;
-}
-
 constexpr std::uint16_t kGroundCategory = 0x0001;  // collision bits of terrain
 constexpr std::uint16_t kWalkerCategory = 0x0020;  // collision bits of hull and legs
 constexpr std::uint16_t kAllCategories = 0xFFFF;
@@ -104,25 +100,6 @@ b2RevoluteJoint* create_joint(b2Body* parent, b2Body* child, double anchor_y, do
 }
 
 }  // namespace
-
-void Physics::Contacts::watch(const b2Body* hull, const b2Body* lower_leg_1,
-                              const b2Body* lower_leg_2) {
-  hull_ = hull;
-  lower_legs_ = {lower_leg_1, lower_leg_2};
-  hull_has_touched = false;
-  leg_touches = {};
-}
-
-void Physics::Contacts::BeginContact(b2Contact* contact) {
-  if (has(*contact, hull_)) hull_has_touched = true;
-  set_legs(*contact, true);
-}
-
-void Physics::Contacts::set_legs(b2Contact& contact, bool touch) {
-  for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
-    if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;
-  }
-}
 
 Physics::Physics() : world_(gravity()) {}
 

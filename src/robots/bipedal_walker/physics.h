@@ -76,15 +76,33 @@ class Physics {
   /// its flag, even if another contact persists.
   class Contacts : public b2ContactListener {
    public:
-    void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2);
-    void BeginContact(b2Contact* contact) override;
+    void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2) {
+      hull_ = hull;
+      lower_legs_ = {lower_leg_1, lower_leg_2};
+      hull_has_touched = false;
+      leg_touches = {};
+    }
+
+    void BeginContact(b2Contact* contact) override {
+      if (has(*contact, hull_)) hull_has_touched = true;
+      set_legs(*contact, true);
+    }
+
     void EndContact(b2Contact* contact) override { set_legs(*contact, false); }
 
     bool hull_has_touched = false;
     std::array<bool, 2> leg_touches{};
 
    private:
-    void set_legs(b2Contact& contact, bool touch);
+    static bool has(b2Contact& contact, const b2Body* body) {
+      return contact.GetFixtureA()->GetBody() == body || contact.GetFixtureB()->GetBody() == body;
+    }
+
+    void set_legs(b2Contact& contact, bool touch) {
+      for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
+        if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;
+      }
+    }
 
     const b2Body* hull_ = nullptr;
     std::array<const b2Body*, 2> lower_legs_{};

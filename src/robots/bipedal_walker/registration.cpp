@@ -1,5 +1,6 @@
 #include "robots/bipedal_walker/registration.h"
 
+#include "base/limits.h"
 #include "robots/bipedal_walker/bipedal_walker.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/heuristic.h"
@@ -28,7 +29,9 @@ Registration registration(const std::string& id, bool hardcore, std::uint32_t ma
   made.create_gait = [](const Specification& /*specification*/) {
     return std::make_unique<Heuristic>();
   };
-  made.camera_parameters = camera_parameters();
+  made.camera_parameters = {
+      {"width", std::int64_t{600}, "pixels", "Width of the picture.", 1, kMaxPixels},
+      {"height", std::int64_t{400}, "pixels", "Height of the picture.", 1, kMaxPixels}};
   made.create_renderer = [](const std::string& /*name*/, const Parameters& /*given*/,
                             const Parameters& camera) { return make_renderer(camera); };
   made.render_modes = {"human", "rgb_array"};

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/limits.h"
 #include "robots/bipedal_walker/canvas.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/specification.h"
@@ -223,13 +222,6 @@ class SideView : public Renderer {
 };
 
 }  // namespace
-
-std::vector<ParameterDescription> camera_parameters() {
-  return {
-      {"width", std::int64_t{600}, "pixels", "Width of the picture.", 1, kMaxPixels},
-      {"height", std::int64_t{400}, "pixels", "Height of the picture.", 1, kMaxPixels},
-  };
-}
 
 std::unique_ptr<Renderer> make_renderer(const Parameters& camera) {
   const auto pixels = [&camera](const char* name) {

@@ -117,17 +117,6 @@ std::string refusal(Stepper& walker, const State& state) {
   return message_of<std::invalid_argument>([&] { load(walker, state); });
 }
 
-TEST(SavedState, OfAnotherEnvironmentIsRejected) {
-  Stepper walker = walked();
-  const State before = save(walker);
-  const std::string another = "the state is of another environment: ";
-  EXPECT_EQ(refusal(walker, save(walked(kPlain, {{"reuse_world", true}}))),
-            another + "parameter reuse_world = true there; here it is false");
-  EXPECT_EQ(refusal(walker, save(Stepper("Hopper-v5"))),
-            another + "id = Hopper-v5 there; here it is BipedalWalker-v3");
-  EXPECT_EQ(save(walker), before);
-}
-
 TEST(SavedState, DamagedOneIsRejected) {
   Stepper walker = walked();
   const State before = save(walker);

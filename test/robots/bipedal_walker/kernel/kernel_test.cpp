@@ -154,18 +154,9 @@ TEST(TrialTest, RejectsOtherRotations) {
   EXPECT_FALSE(has_box2ds_bits(kernel));
 }
 
-TEST(TrialTest, ChoosesTheFirstKernelThatTheUserAllows) {
-  {
-    const KernelVariable variable(nullptr);
-    EXPECT_EQ(choose_kernel().kernel, &original());
-  }
-  for (const Kernel* kernel : kernels()) {
-    const KernelVariable variable(kernel->instruction_set);
-    EXPECT_EQ(choose_kernel().kernel, kernel);
-  }
-  const KernelVariable variable("off");
-  EXPECT_EQ(choose_kernel().kernel, nullptr);
-  EXPECT_EQ(choose_kernel().fallback_reason, "WALKER_SIM_KERNEL is off");
+TEST(TrialTest, ChoosesTheWidestKernel) {
+  const KernelVariable variable(nullptr);
+  EXPECT_EQ(choose_kernel().kernel, &original());
 }
 
 }  // namespace
