@@ -68,9 +68,8 @@ walker_sim_patch_box2d(Dynamics/b2Island.cpp "i < (step|subStep)[.]velocityItera
 
 add_library(box2d_pinned STATIC ${box2d_sources})
 set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
-set_source_files_properties(${box2d_ours}/swept_vertices.cpp ${box2d_ours}/velocity_loops.cpp
-  ${box2d_ours}/world_shortcuts.cpp ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp
-  ${box2d_ours}/world_toi.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+set_source_files_properties(${box2d_ours}/velocity_loops.cpp ${box2d_ours}/world_shortcuts.cpp
+  ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
 if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # our files only, for exact line numbers
   set_property(SOURCE ${box2d_ours}/b2BlockAllocator.cpp ${box2d_ours}/velocity_loops.cpp
     APPEND PROPERTY COMPILE_OPTIONS -O0)

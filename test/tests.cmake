@@ -103,7 +103,7 @@ walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${left_ou
 
 set(left_out "")
 if(NOT bipedal_walker_kernels)
-  set(left_out kernel_test rotation_test trial_test)
+  set(left_out kernel_test rotation_test)
 endif()
 walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries} LEFT_OUT ${left_out})
 
@@ -151,7 +151,6 @@ if(bipedal_walker_kernels)
   endforeach()
   walker_sim_register_variant(robots_bipedal_walker_kernel_rotation_test_long
     bipedal_walker_tests rotation_test nightly WALKER_SIM_TEST_ALL_ANGLES=1)
-  target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/run.cpp)
 endif()
 # Without optimisation, this comparison would take longer than the steps.
 set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PROPERTIES

@@ -3,22 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <stdexcept>
 #include <string>
-
-#include "robots/bipedal_walker/kernel/trial.h"
-#include "robots/bipedal_walker/together.h"
+#include <utility>
 
 namespace walker::bipedal_walker {
 namespace {
-
-std::string stepper_of(const KernelChoice& choice) {
-  return choice.kernel != nullptr ? std::string("the library, in groups by the kernel for ") +
-                                        choice.kernel->instruction_set
-                                  : "the library: " + choice.fallback_reason;
-}
 
 /// Computes the arm in the body's frame. Box2D's own function subtracts two world positions, which
 /// is inaccurate in single precision far from the origin.
@@ -27,30 +18,66 @@ b2Vec2 velocity_of_origin(const b2Body& body) {
          b2Cross(body.GetAngularVelocity(), body.GetWorldVector(body.GetLocalCenter()));
 }
 
+/// Gymnasium's shaped reward of a step: 130 / 30 per metre of progress (about 300 to the far end),
+/// minus 5 per radian of added hull tilt, minus 0.028 per joint at full torque.
+///
+/// The difference of shapings is computed in double precision. The costs are then subtracted in
+/// single precision, as with float32 actions under NumPy 2.
+/// @param shaping the previous step's, empty in an episode's first step; receives this step's
+float shaped_reward(const b2Body& hull, const double* action, std::optional<double>& shaping) {
+  constexpr double kTorqueCost = 0.00035 * kMotorTorque;
+  const auto before = std::exchange(shaping, 130 * double{hull.GetPosition().x} / kScale -
+                                                 5.0 * std::abs(double{hull.GetAngle()}));
+  float reward = before ? static_cast<float>(*shaping - *before) : 0.0F;
+  for (std::size_t i = 0; i < kJointCount; ++i) {
+    const float effort = std::min(std::abs(static_cast<float>(action[i])), 1.0F);
+    reward -= static_cast<float>(kTorqueCost) * effort;
+  }
+  return reward;
+}
+
 }  // namespace
 
-BipedalWalker::BipedalWalker(const Options& options) : options_(options) {
+BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters)
+    : is_hardcore_(std::get<bool>(parameters.at("hardcore"))),
+      reuses_world_(std::get<bool>(parameters.at("reuse_world"))) {
   const KernelChoice choice = choose_kernel();
   kernel_ = choice.kernel;
-  specification_ = make_specification(options, stepper_of(choice));
+  specification_ = make_specification(
+      id, parameters,
+      kernel_ != nullptr
+          ? std::string("the library, in groups by the kernel for ") + kernel_->instruction_set
+          : "the library: " + choice.fallback_reason);
 }
 
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
-  renew_world();
+  if (physics_ && reuses_world_ && !world_is_broken_) {
+    physics_->destroy();
+  } else {
+    physics_.emplace();
+    world_is_broken_ = false;
+  }
   // Draws in Gymnasium's order: terrain, clouds, push.
   terrain_origin_ = generator.state();
-  terrain_ = generate_terrain(generator, options_.hardcore);
+  terrain_ = generate_terrain(generator, is_hardcore_);
   clouds_ = generate_clouds(generator);
   physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
-  reward_.restart();
+  shaping_.reset();
   // Gymnasium's reset ends with a step without torque and discards its reward and flags.
   const std::array<double, kJointCount> no_torque{};
-  advance(no_torque.data());
-  reward(no_torque.data());
+  RobotStep discarded;
+  discarded.action = no_torque.data();
+  step(discarded);
 }
 
 void BipedalWalker::step(RobotStep& step) {
-  advance(step.action);
+  begin_step(step.action);
+  try {
+    physics_->step();
+    cast_lidar(*physics_, terrain_, lidar_);
+  } catch (const std::exception&) {
+    std::rethrow_exception(break_world());
+  }
   finish_step(step);
 }
 
@@ -86,25 +113,6 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   }
 }
 
-void BipedalWalker::renew_world() {
-  if (physics_ && options_.reuse_world && !world_is_broken_) {
-    physics_->destroy();
-  } else {
-    physics_.emplace();
-    world_is_broken_ = false;
-  }
-}
-
-void BipedalWalker::advance(const double* action) {
-  begin_step(action);
-  try {
-    physics_->step();
-    cast_lidar(*physics_, terrain_, lidar_);
-  } catch (const std::exception&) {
-    std::rethrow_exception(break_world());
-  }
-}
-
 void BipedalWalker::begin_step(const double* action) {
   velocity_before_step_ = velocity_of_origin(physics_->hull());
   physics_->drive(action);
@@ -117,9 +125,18 @@ std::exception_ptr BipedalWalker::break_world() {
 }
 
 void BipedalWalker::finish_step(RobotStep& step) {
-  step.reward = reward(step.action);
-  step.end_reason = end_reason();
+  constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
+  const auto x = double{physics_->hull().GetPosition().x};
+  step.reward = double{shaped_reward(physics_->hull(), step.action, shaping_)};
+  if (physics_->hull_has_touched()) {
+    step.end_reason = "hull touched the ground";
+  } else if (x < 0) {
+    step.end_reason = "hull left the terrain";
+  } else {
+    step.end_reason = x > kFarEnd ? "arrived at the far end" : "";
+  }
   step.terminated = step.end_reason[0] != '\0';
+  if (physics_->hull_has_touched() || x < 0) step.reward = kFallReward;
 }
 
 void BipedalWalker::observe(double* observation) const {
@@ -127,20 +144,6 @@ void BipedalWalker::observe(double* observation) const {
   std::transform(lidar_.begin(), lidar_.end(), observed.ray_fraction.begin(),
                  [](const RayHit& ray) { return double{ray.fraction}; });
   write_observation(observed, observation);
-}
-
-double BipedalWalker::reward(const double* action) {
-  const b2Body& hull = physics_->hull();
-  const bool fell = physics_->hull_has_touched() || hull.GetPosition().x < 0;
-  return reward_.of_step(double{hull.GetPosition().x}, double{hull.GetAngle()}, fell, action);
-}
-
-const char* BipedalWalker::end_reason() const {
-  const auto x = double{physics_->hull().GetPosition().x};
-  constexpr double kFarEnd = (kTerrainLength - kTerrainGrass) * kTerrainStep;
-  if (physics_->hull_has_touched()) return "hull touched the ground";
-  if (x < 0) return "hull left the terrain";
-  return x > kFarEnd ? "arrived at the far end" : "";
 }
 
 void BipedalWalker::sense(Sensors& sensors) {
@@ -181,5 +184,65 @@ void BipedalWalker::sense(Sensors& sensors) {
 }
 
 void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_, scene); }
+
+/// Terrain and clouds are not written; `load` draws them again from the generator's state.
+void BipedalWalker::save(StateWriter& writer) const {
+  writer.number(std::uint8_t{has_world()});
+  if (!has_world()) return;
+  writer.numbers(terrain_origin_.data(), terrain_origin_.size());
+  writer.number(std::uint8_t{shaping_.has_value()});
+  writer.number(shaping_.value_or(0));
+  writer.number(velocity_before_step_);
+  for (const RayHit& ray : lidar_) {
+    writer.number(ray.fraction);
+    writer.number(std::uint8_t{ray.hit});
+  }
+  physics_->save(writer);
+}
+
+std::function<void()> BipedalWalker::load(StateReader& reader) {
+  if (!reader.flag()) {  // the next reset makes a world
+    return [this] {
+      physics_.reset();
+      world_is_broken_ = false;
+    };
+  }
+  GeneratorState terrain_origin{};
+  reader.numbers(terrain_origin.data(), terrain_origin.size());
+  const bool has_shaping = reader.flag();
+  std::optional<double> shaping = reader.number<double>();
+  if (!has_shaping) shaping.reset();
+  const auto velocity_before_step = reader.number<b2Vec2>();
+  LidarScan lidar;
+  for (RayHit& ray : lidar) {
+    ray.fraction = reader.number<float>();
+    ray.hit = reader.flag();
+  }
+  const bool is_same_terrain = has_world() && terrain_origin == terrain_origin_;
+  Terrain terrain;
+  Clouds clouds{};
+  if (!is_same_terrain) {
+    Generator generator(terrain_origin);
+    terrain = generate_terrain(generator, is_hardcore_);
+    clouds = generate_clouds(generator);
+  }
+  auto restore = Physics::read_state(reader, is_same_terrain ? terrain_ : terrain);
+  return [this, is_same_terrain, terrain_origin, clouds, shaping, velocity_before_step, lidar,
+          terrain = std::move(terrain), restore = std::move(restore)] {
+    if (!is_same_terrain) {
+      world_is_broken_ = true;  // until `build` has returned
+      physics_.emplace();
+      physics_->build(terrain, 0);
+      world_is_broken_ = false;
+      terrain_origin_ = terrain_origin;
+      terrain_ = terrain;
+      clouds_ = clouds;
+    }
+    restore(*physics_);
+    shaping_ = shaping;
+    velocity_before_step_ = velocity_before_step;
+    lidar_ = lidar;
+  };
+}
 
 }  // namespace walker::bipedal_walker

@@ -7,10 +7,8 @@
 #include <vector>
 
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/lidar.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/physics.h"
-#include "robots/bipedal_walker/reward.h"
 #include "robots/bipedal_walker/specification.h"
 #include "robots/bipedal_walker/terrain.h"
 #include "robots/robot.h"
@@ -21,7 +19,8 @@ namespace walker::bipedal_walker {
 /// for the constant -100 of a fall.
 class BipedalWalker : public Robot {
  public:
-  explicit BipedalWalker(const Options& options);
+  /// @param parameters complete
+  BipedalWalker(const std::string& id, const Parameters& parameters);
 
   const Specification& specification() const override { return *specification_; }
   void reset(Generator& generator, double* info) override;
@@ -40,16 +39,13 @@ class BipedalWalker : public Robot {
  private:
   friend class BrokenWorldTest;  // simulates a failed assertion
 
-  void renew_world();
   bool has_world() const { return physics_ && !world_is_broken_; }
   void begin_step(const double* action);
   void finish_step(RobotStep& step);
-  void advance(const double* action);
   std::exception_ptr break_world();
-  double reward(const double* action);
-  const char* end_reason() const;
 
-  Options options_;
+  bool is_hardcore_;
+  bool reuses_world_;
   const Kernel* kernel_;  // steps a group of worlds; null if none is available
   std::shared_ptr<const Specification> specification_;
   // Empty before the first reset. Stored in place: a step touches little of a world's 100 KiB, and
@@ -60,7 +56,7 @@ class BipedalWalker : public Robot {
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;
-  Reward reward_;
+  std::optional<double> shaping_;      // of the reward
   b2Vec2 velocity_before_step_{0, 0};  // velocity of the hull's origin [m/s]
 };
 

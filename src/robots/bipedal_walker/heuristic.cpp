@@ -19,15 +19,6 @@ float pull(double target, float gain, float angle, float speed) {
 
 }  // namespace
 
-void Heuristic::KneeAngle::add(double increment) {
-  value = is_single ? double{static_cast<float>(value) + static_cast<float>(increment)}
-                    : value + increment;
-}
-
-bool Heuristic::KneeAngle::is_above(double limit) const {
-  return is_single ? static_cast<float>(value) > static_cast<float>(limit) : value > limit;
-}
-
 void Heuristic::reset() {
   phase_ = Phase::stay_on_one_leg;
   moving_leg_ = 0;

@@ -36,8 +36,13 @@ class WALKER_SIM_EXPORT Heuristic : public Agent {
     double value;
     bool is_single;
 
-    void add(double increment);
-    bool is_above(double limit) const;
+    void add(double increment) {
+      value = is_single ? double{static_cast<float>(value) + static_cast<float>(increment)}
+                        : value + increment;
+    }
+    bool is_above(double limit) const {
+      return is_single ? static_cast<float>(value) > static_cast<float>(limit) : value > limit;
+    }
   };
 
   void limit_supporting_knee();

@@ -1,4 +1,4 @@
-// Layout and scaling of observations, and their computation from a robot's sensors.
+// Lidar, layout and scaling of observations, and their computation from a robot's sensors.
 #pragma once
 
 #include <array>
@@ -8,9 +8,23 @@
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
+#include "robots/bipedal_walker/terrain.h"
 #include "walker_sim/observation_builder.h"
 
 namespace walker::bipedal_walker {
+
+struct RayHit {
+  float fraction = 1;  ///< distance to the ground over kLidarRange; 1 if nothing is hit
+  bool hit = false;
+};
+
+using LidarScan = std::array<RayHit, kLidarRays>;
+
+/// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): ray 0 straight down, later
+/// ones further forward. The rays do not turn with the hull, and hit only terrain, not the legs.
+/// @param terrain the terrain that `physics` was built with
+/// @throws std::logic_error, Box2D's assertion, if the hull's position is not finite
+void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan);
 
 enum ObservationIndex : std::size_t {
   kHullAngle,
@@ -40,6 +54,7 @@ Observed observed_in(const Physics& physics);
 /// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);
 
-std::unique_ptr<ObservationBuilder> make_observation_builder(const Options& options);
+std::unique_ptr<ObservationBuilder> make_observation_builder(const std::string& id,
+                                                             const Parameters& parameters);
 
 }  // namespace walker::bipedal_walker

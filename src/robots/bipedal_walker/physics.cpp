@@ -2,32 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
-
-#include "robots/bipedal_walker/box2d_pinned/world_shortcuts.h"
 
 namespace walker::bipedal_walker {
 namespace {
 
 /// Rounds to the engine's single precision, as the Python binding does.
-b2Vec2 to_vector(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
-b2Vec2 to_vector(const Point& point) { return to_vector(point.x, point.y); }
-
-b2FixtureDef fixture(const b2Shape& shape, double density, double friction, unsigned category,
-                     unsigned mask) {
-  b2FixtureDef definition;
-  definition.shape = &shape;
-  definition.density = static_cast<float>(density);
-  definition.friction = static_cast<float>(friction);
-  definition.filter.categoryBits = static_cast<decltype(definition.filter.categoryBits)>(category);
-  definition.filter.maskBits = static_cast<decltype(definition.filter.maskBits)>(mask);
-  return definition;
+b2Vec2 to_vector(const Point& point) {
+  return {static_cast<float>(point.x), static_cast<float>(point.y)};
 }
 
-b2BodyDef dynamic_body(double x, double y, double angle) {
+template <std::size_t N>
+b2PolygonShape polygon_of(const std::array<Point, N>& corners) {
+  std::array<b2Vec2, N> vertices;
+  std::transform(corners.begin(), corners.end(), vertices.begin(), to_vector);
+  b2PolygonShape shape;
+  shape.Set(vertices.data(), static_cast<int>(N));
+  return shape;
+}
+
+b2BodyDef dynamic_body(const Point& position, double angle) {
   b2BodyDef definition;
   definition.type = b2_dynamicBody;
-  definition.position = to_vector(x, y);
+  definition.position = to_vector(position);
   definition.angle = static_cast<float>(angle);
   return definition;
 }
@@ -37,7 +35,7 @@ void fill_tables() {
   const auto world = std::make_unique<b2World>(b2Vec2(0, 0));  // 100 KiB: too large for a stack
   b2CircleShape circle;
   circle.m_radius = 1;
-  const b2BodyDef body = dynamic_body(0, 0, 0);
+  const b2BodyDef body = dynamic_body({0, 0}, 0);
   world->CreateBody(&body)->CreateFixture(&circle, 1);
   world->CreateBody(&body)->CreateFixture(&circle, 1);
   world->Step(1, 1, 1);
@@ -53,11 +51,9 @@ b2Vec2 gravity() {
   return kVector;
 }
 
-bool has(b2Contact& contact, const b2Body* body) {
-  return contact.GetFixtureA()->GetBody() == body || contact.GetFixtureB()->GetBody() == body;
-}
-
-constexpr unsigned kAllCategories = 0xFFFF;
+constexpr std::uint16_t kGroundCategory = 0x0001;  // collision bits of terrain
+constexpr std::uint16_t kWalkerCategory = 0x0020;  // collision bits of hull and legs
+constexpr std::uint16_t kAllCategories = 0xFFFF;
 constexpr double kHullDensity = 5.0;
 constexpr double kHullFriction = 0.1;
 constexpr double kLimbDensity = 1.0;
@@ -70,35 +66,54 @@ constexpr double kHipUpper = 1.1;
 constexpr double kKneeLower = -1.6;
 constexpr double kKneeUpper = -0.1;
 
+/// Creates terrain if the body is static, else a part of the walker.
+b2Body* create_body(b2World& world, const b2BodyDef& body, const b2Shape& shape, double density,
+                    double friction) {
+  const bool is_terrain = body.type == b2_staticBody;
+  b2FixtureDef fixture;
+  fixture.shape = &shape;
+  fixture.density = static_cast<float>(density);
+  fixture.friction = static_cast<float>(friction);
+  fixture.filter.categoryBits = is_terrain ? kGroundCategory : kWalkerCategory;
+  fixture.filter.maskBits = is_terrain ? kAllCategories : kGroundCategory;
+  b2Body* created = world.CreateBody(&body);
+  created->CreateFixture(&fixture);
+  return created;
+}
+
+b2RevoluteJoint* create_joint(b2Body* parent, b2Body* child, double anchor_y, double speed,
+                              double lower, double upper) {
+  b2RevoluteJointDef definition;
+  definition.bodyA = parent;
+  definition.bodyB = child;
+  definition.localAnchorA = to_vector({0, anchor_y});
+  definition.localAnchorB = to_vector({0, kLegHeight / 2});
+  // The Python binding sets the reference angle from the bodies' angles at creation.
+  definition.referenceAngle = child->GetAngle() - parent->GetAngle();
+  definition.enableMotor = true;
+  definition.enableLimit = true;
+  definition.maxMotorTorque = static_cast<float>(kMotorTorque);
+  definition.motorSpeed = static_cast<float>(speed);
+  definition.lowerAngle = static_cast<float>(lower);
+  definition.upperAngle = static_cast<float>(upper);
+  return static_cast<b2RevoluteJoint*>(parent->GetWorld()->CreateJoint(&definition));
+}
+
 }  // namespace
-
-void Physics::Contacts::watch(const b2Body* hull, const b2Body* lower_leg_1,
-                              const b2Body* lower_leg_2) {
-  hull_ = hull;
-  lower_legs_ = {lower_leg_1, lower_leg_2};
-  hull_has_touched = false;
-  leg_touches = {};
-}
-
-void Physics::Contacts::BeginContact(b2Contact* contact) {
-  if (has(*contact, hull_)) hull_has_touched = true;
-  set_legs(*contact, true);
-}
-
-void Physics::Contacts::EndContact(b2Contact* contact) { set_legs(*contact, false); }
-
-void Physics::Contacts::set_legs(b2Contact& contact, bool touch) {
-  for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
-    if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;
-  }
-}
 
 Physics::Physics() : world_(gravity()) {}
 
 void Physics::build(const Terrain& terrain, double push) {
   world_.SetContactListener(&contacts_);
   build_terrain(terrain);
-  build_hull(push);
+  constexpr std::array<Point, 5> kHull{{{-30 / kScale, +9 / kScale},
+                                        {+6 / kScale, +9 / kScale},
+                                        {+34 / kScale, +1 / kScale},
+                                        {+34 / kScale, -8 / kScale},
+                                        {-30 / kScale, -8 / kScale}}};
+  hull_ = create_body(world_, dynamic_body({kStartX, kStartY}, 0), polygon_of(kHull), kHullDensity,
+                      kHullFriction);
+  hull_->ApplyForceToCenter(to_vector({push, 0}), true);
   build_leg(0);
   build_leg(1);
   contacts_.watch(hull_, limbs_[kKnee1], limbs_[kKnee2]);
@@ -120,15 +135,8 @@ void Physics::destroy() {
 void Physics::build_terrain(const Terrain& terrain) {
   const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
   terrain_.reserve(pieces);
-  reserve_tree_nodes(world_, static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
-  for (const std::array<Point, 4>& obstacle : terrain.obstacles) {
-    std::array<b2Vec2, 4> vertices;
-    std::transform(obstacle.begin(), obstacle.end(), vertices.begin(),
-                   [](const Point& point) { return to_vector(point); });
-    b2PolygonShape shape;
-    shape.Set(vertices.data(), static_cast<int>(vertices.size()));
-    add_terrain(shape);
-  }
+  reserve_tree_nodes(static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
+  for (const auto& obstacle : terrain.obstacles) add_terrain(polygon_of(obstacle));
   for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
     b2EdgeShape shape;
     shape.Set(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
@@ -138,69 +146,24 @@ void Physics::build_terrain(const Terrain& terrain) {
 
 void Physics::add_terrain(const b2Shape& shape) {
   const b2BodyDef body;  // static, at the origin
-  const b2FixtureDef definition =
-      fixture(shape, 0, kTerrainFriction, kGroundCategory, kAllCategories);
-  terrain_.push_back(world_.CreateBody(&body));
-  terrain_.back()->CreateFixture(&definition);
-  clear_move_buffer(world_);
-}
-
-void Physics::build_hull(double push) {
-  constexpr std::array<Point, 5> kOutline{{{-30, +9}, {+6, +9}, {+34, +1}, {+34, -8}, {-30, -8}}};
-  std::array<b2Vec2, kOutline.size()> vertices;
-  std::transform(kOutline.begin(), kOutline.end(), vertices.begin(),
-                 [](const Point& pixel) { return to_vector(pixel.x / kScale, pixel.y / kScale); });
-  b2PolygonShape shape;
-  shape.Set(vertices.data(), static_cast<int>(vertices.size()));
-  const b2FixtureDef definition =
-      fixture(shape, kHullDensity, kHullFriction, kWalkerCategory, kGroundCategory);
-  const b2BodyDef body = dynamic_body(kStartX, kStartY, 0);
-  hull_ = world_.CreateBody(&body);
-  hull_->CreateFixture(&definition);
-  hull_->ApplyForceToCenter(to_vector(push, 0), true);
+  terrain_.push_back(create_body(world_, body, shape, 0, kTerrainFriction));
+  clear_move_buffer();
 }
 
 void Physics::build_leg(std::size_t leg) {
   const double side = leg == 0 ? -1 : +1;
-  const double angle = side * kLegSpread;
-  b2Body* upper = build_limb(kStartY - kLegHeight / 2 - kLegDown, angle, kLegWidth / 2);
-  b2RevoluteJoint* hip = build_joint(hull_, upper, kLegDown, side, kHipLower, kHipUpper);
-  b2Body* lower =
-      build_limb(kStartY - kLegHeight * 3 / 2 - kLegDown, angle, kLowerLegTaper * kLegWidth / 2);
-  b2RevoluteJoint* knee = build_joint(upper, lower, -kLegHeight / 2, 1, kKneeLower, kKneeUpper);
-  limbs_[2 * leg] = upper;
-  limbs_[2 * leg + 1] = lower;
-  joints_[2 * leg] = hip;
-  joints_[2 * leg + 1] = knee;
-}
-
-b2Body* Physics::build_limb(double center_height, double angle, double half_width) {
-  b2PolygonShape shape;
-  shape.SetAsBox(static_cast<float>(half_width), static_cast<float>(kLegHeight / 2));
-  const b2FixtureDef definition =
-      fixture(shape, kLimbDensity, kLimbFriction, kWalkerCategory, kGroundCategory);
-  const b2BodyDef body = dynamic_body(kStartX, center_height, angle);
-  b2Body* limb = world_.CreateBody(&body);
-  limb->CreateFixture(&definition);
-  return limb;
-}
-
-b2RevoluteJoint* Physics::build_joint(b2Body* parent, b2Body* child, double anchor_y, double speed,
-                                      double lower, double upper) {
-  b2RevoluteJointDef definition;
-  definition.bodyA = parent;
-  definition.bodyB = child;
-  definition.localAnchorA = to_vector(0, anchor_y);
-  definition.localAnchorB = to_vector(0, kLegHeight / 2);
-  // The Python binding sets the reference angle from the bodies' angles at creation.
-  definition.referenceAngle = child->GetAngle() - parent->GetAngle();
-  definition.enableMotor = true;
-  definition.enableLimit = true;
-  definition.maxMotorTorque = static_cast<float>(kMotorTorque);
-  definition.motorSpeed = static_cast<float>(speed);
-  definition.lowerAngle = static_cast<float>(lower);
-  definition.upperAngle = static_cast<float>(upper);
-  return static_cast<b2RevoluteJoint*>(world_.CreateJoint(&definition));
+  const auto create_limb = [&](double center_height, double half_width) {
+    b2PolygonShape shape;
+    shape.SetAsBox(static_cast<float>(half_width), static_cast<float>(kLegHeight / 2));
+    return create_body(world_, dynamic_body({kStartX, center_height}, side * kLegSpread), shape,
+                       kLimbDensity, kLimbFriction);
+  };
+  b2Body*& upper = limbs_[2 * leg];
+  b2Body*& lower = limbs_[2 * leg + 1];
+  upper = create_limb(kStartY - kLegHeight / 2 - kLegDown, kLegWidth / 2);
+  joints_[2 * leg] = create_joint(hull_, upper, kLegDown, side, kHipLower, kHipUpper);
+  lower = create_limb(kStartY - kLegHeight * 3 / 2 - kLegDown, kLowerLegTaper * kLegWidth / 2);
+  joints_[2 * leg + 1] = create_joint(upper, lower, -kLegHeight / 2, 1, kKneeLower, kKneeUpper);
 }
 
 void Physics::drive(const double* action) {
@@ -217,11 +180,6 @@ WalkerParts Physics::parts() {
   return {&world_,
           {limbs_[kKnee2], limbs_[kHip2], hull_, limbs_[kHip1], limbs_[kKnee1]},
           {joints_[kKnee2], joints_[kHip2], joints_[kHip1], joints_[kKnee1]}};
-}
-
-void Physics::step() {
-  const ShortBodyList walker_only(world_, *hull_);
-  world_.Step(static_cast<float>(1.0 / kStepsPerSecond), kVelocityIterations, kPositionIterations);
 }
 
 }  // namespace walker::bipedal_walker

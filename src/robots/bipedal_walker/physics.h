@@ -2,18 +2,18 @@
 #pragma once
 
 #include <array>
+#include <exception>
+#include <functional>
 #include <vector>
 
 #include <Box2D/Box2D.h>
 
+#include "base/state_bytes.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 #include "robots/bipedal_walker/terrain.h"
 
 namespace walker::bipedal_walker {
-
-constexpr unsigned kGroundCategory = 0x0001;  // collision bits of terrain
-constexpr unsigned kWalkerCategory = 0x0020;  // collision bits of hull and legs
 
 /// Indices of joints, and of the limbs that they carry, in action order.
 enum JointIndex : std::size_t { kHip1, kKnee1, kHip2, kKnee2, kJointCount };
@@ -27,7 +27,7 @@ struct WalkerParts {
 };
 
 /// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
-/// affects the engine's bits.
+/// affects the engine's bits. box2d_pinned/ defines what needs Box2D's private members.
 class Physics {
  public:
   Physics();
@@ -49,6 +49,16 @@ class Physics {
   /// Advances the world by 1 / kStepsPerSecond.
   void step();
 
+  /// Writes the state that a step leaves. There are then no pending broad-phase pairs, forces or
+  /// island flags.
+  void save(StateWriter& writer) const;
+
+  /// Reads a state and validates every index.
+  /// @param terrain the terrain of the destination world
+  /// @return a function that restores the state in a world built with this terrain
+  /// @throws std::invalid_argument naming the invalid value
+  static std::function<void(Physics&)> read_state(StateReader& reader, const Terrain& terrain);
+
   WalkerParts parts();
 
   bool hull_has_touched() const { return contacts_.hull_has_touched; }
@@ -66,15 +76,33 @@ class Physics {
   /// its flag, even if another contact persists.
   class Contacts : public b2ContactListener {
    public:
-    void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2);
-    void BeginContact(b2Contact* contact) override;
-    void EndContact(b2Contact* contact) override;
+    void watch(const b2Body* hull, const b2Body* lower_leg_1, const b2Body* lower_leg_2) {
+      hull_ = hull;
+      lower_legs_ = {lower_leg_1, lower_leg_2};
+      hull_has_touched = false;
+      leg_touches = {};
+    }
+
+    void BeginContact(b2Contact* contact) override {
+      if (has(*contact, hull_)) hull_has_touched = true;
+      set_legs(*contact, true);
+    }
+
+    void EndContact(b2Contact* contact) override { set_legs(*contact, false); }
 
     bool hull_has_touched = false;
     std::array<bool, 2> leg_touches{};
 
    private:
-    void set_legs(b2Contact& contact, bool touch);
+    static bool has(b2Contact& contact, const b2Body* body) {
+      return contact.GetFixtureA()->GetBody() == body || contact.GetFixtureB()->GetBody() == body;
+    }
+
+    void set_legs(b2Contact& contact, bool touch) {
+      for (std::size_t leg = 0; leg < lower_legs_.size(); ++leg) {
+        if (has(contact, lower_legs_[leg])) leg_touches[leg] = touch;
+      }
+    }
 
     const b2Body* hull_ = nullptr;
     std::array<const b2Body*, 2> lower_legs_{};
@@ -82,11 +110,9 @@ class Physics {
 
   void build_terrain(const Terrain& terrain);
   void add_terrain(const b2Shape& shape);
-  void build_hull(double push);
   void build_leg(std::size_t leg);
-  b2Body* build_limb(double center_height, double angle, double half_width);
-  b2RevoluteJoint* build_joint(b2Body* parent, b2Body* child, double anchor_y, double speed,
-                               double lower, double upper);
+  void reserve_tree_nodes(int fixtures);
+  void clear_move_buffer();
 
   b2World world_;
   Contacts contacts_;
@@ -95,5 +121,15 @@ class Physics {
   std::array<b2Body*, kJointCount> limbs_{};
   std::array<b2RevoluteJoint*, kJointCount> joints_{};
 };
+
+/// One call of `Physics::step` within a group.
+struct WorldCall {
+  Physics* physics = nullptr;
+  std::exception_ptr failure;  ///< what `step` would have thrown
+};
+
+/// Advances distinct worlds by one step. Each world gets the same bits as by `Physics::step`.
+/// @param count at most kMaxGroupSize
+void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
 
 }  // namespace walker::bipedal_walker

@@ -1,5 +1,6 @@
 #include "robots/bipedal_walker/registration.h"
 
+#include "base/limits.h"
 #include "robots/bipedal_walker/bipedal_walker.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/heuristic.h"
@@ -9,41 +10,28 @@
 namespace walker::bipedal_walker {
 namespace {
 
-std::vector<ParameterDescription> parameters(bool hardcore) {
-  return {{"hardcore", hardcore, "", "Terrain with stumps, stairs and pits.", 0, 0},
-          {"reuse_world", false, "",
-           "Keep the Box2D world between resets, as Gymnasium does; then later episodes depend on "
-           "earlier ones.",
-           0, 0}};
-}
-
-Options to_options(const std::string& id, const Parameters& parameters) {
-  Options options;
-  options.id = id;
-  options.hardcore = std::get<bool>(parameters.at("hardcore"));
-  options.reuse_world = std::get<bool>(parameters.at("reuse_world"));
-  options.max_episode_steps =
-      static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at("max_episode_steps")));
-  return options;
-}
-
 Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
   Registration made;
   made.id = id;
-  made.parameters = parameters(hardcore);
+  made.parameters = {
+      {"hardcore", hardcore, "", "Terrain with stumps, stairs and pits.", 0, 0},
+      {"reuse_world", false, "",
+       "Keep the Box2D world between resets, as Gymnasium does; then later episodes depend on "
+       "earlier ones.",
+       0, 0}};
   made.max_episode_steps = max_episode_steps;
   made.reward_threshold = kRewardThreshold;
   made.failure_reward = kFallReward;
   made.create = [](const std::string& name, const Parameters& given) {
-    return std::make_unique<BipedalWalker>(to_options(name, given));
+    return std::make_unique<BipedalWalker>(name, given);
   };
-  made.create_observation_builder = [](const std::string& name, const Parameters& given) {
-    return make_observation_builder(to_options(name, given));
-  };
+  made.create_observation_builder = make_observation_builder;
   made.create_gait = [](const Specification& /*specification*/) {
     return std::make_unique<Heuristic>();
   };
-  made.camera_parameters = camera_parameters();
+  made.camera_parameters = {
+      {"width", std::int64_t{600}, "pixels", "Width of the picture.", 1, kMaxPixels},
+      {"height", std::int64_t{400}, "pixels", "Height of the picture.", 1, kMaxPixels}};
   made.create_renderer = [](const std::string& /*name*/, const Parameters& /*given*/,
                             const Parameters& camera) { return make_renderer(camera); };
   made.render_modes = {"human", "rgb_array"};

@@ -6,7 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/limits.h"
 #include "robots/bipedal_walker/canvas.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/specification.h"
@@ -58,8 +57,8 @@ class SideView : public Renderer {
     if (channels.depth) {
       throw std::invalid_argument("depth: BipedalWalker's renderer draws only color");
     }
-    get_ready();
     check(captured);
+    if (!canvas_) canvas_.emplace(camera_.width, camera_.height, std::max(zoom_, 1.0));
     follow(captured.sensors.link_poses[0].position[0]);
     image.width = camera_.width;
     image.height = camera_.height;
@@ -72,22 +71,14 @@ class SideView : public Renderer {
   }
 
  private:
-  void get_ready() {
-    if (canvas_) return;
-    specification_ = make_specification({"BipedalWalker-v3"});
-    canvas_.emplace(camera_.width, camera_.height, std::max(zoom_, 1.0));
-  }
-
-  void check(const StateCapture& captured) const {
+  static void check(const StateCapture& captured) {
     const std::size_t links = captured.sensors.link_poses.size();
     const std::size_t rays = captured.sensors.ranges.size();
-    if (links == specification_->links.size() && rays == specification_->range_finder.num_rays) {
-      return;
-    }
+    const std::size_t our_links = common_specification().links.size();
+    if (links == our_links && rays == kLidarRays) return;
     throw std::invalid_argument("capture with " + std::to_string(links) + " links and " +
                                 std::to_string(rays) + " rays; must have, as BipedalWalker, " +
-                                std::to_string(specification_->links.size()) + " and " +
-                                std::to_string(specification_->range_finder.num_rays));
+                                std::to_string(our_links) + " and " + std::to_string(kLidarRays));
   }
 
   /// Scrolls so that a hull at x [m] is kHullFromLeft from the left edge.
@@ -105,14 +96,15 @@ class SideView : public Renderer {
   /// Draws from back to front, as Gymnasium does.
   void draw(const StateCapture& captured) {
     draw_sky();
-    for (const ScenePolygon& cloud : captured.scene.clouds) draw_cloud(cloud);
-    for (const ScenePolygon& ground : captured.scene.ground) draw_ground(ground);
+    // Parallax: clouds scroll at half the speed.
+    for (const ScenePolygon& cloud : captured.scene.clouds) draw_scenery(cloud, scroll_ / 2);
+    for (const ScenePolygon& ground : captured.scene.ground) draw_scenery(ground, scroll_);
     draw_ray(captured);
     draw_surfaces(captured.scene);
     for (auto i = captured.scene.obstacles.rbegin(); i != captured.scene.obstacles.rend(); ++i) {
       draw_solid(i->points, i->color, kObstacleOutline);
     }
-    for (std::size_t link = 1; link < specification_->links.size(); ++link) {
+    for (std::size_t link = 1; link <= kJointCount; ++link) {
       draw_link(captured, link, link < 3 ? kLeg1Outline : kLeg2Outline);
     }
     draw_link(captured, 0, kHullOutline);
@@ -131,27 +123,20 @@ class SideView : public Renderer {
     canvas_->fill(polygon_, kNothing);
   }
 
-  void draw_cloud(const ScenePolygon& cloud) {
-    // Parallax: clouds scroll at half the speed.
-    const double begin = scroll_ / 2;
-    if (!is_between(cloud.points, begin, begin + camera_.width / scale_)) return;
+  /// @param begin left edge of the picture in the polygon's coordinates [m]
+  void draw_scenery(const ScenePolygon& scenery, double begin) {
+    if (!is_between(scenery.points, begin, begin + camera_.width / scale_)) return;
+    const double shift = (scroll_ - begin) * scale_;
     polygon_.clear();
-    for (const auto& [x, z] : cloud.points) {
-      polygon_.push_back(whole(x * scale_ + scroll_ * scale_ / 2, z * scale_));
+    for (const auto& [x, z] : scenery.points) {
+      polygon_.push_back(whole(x * scale_ + shift, z * scale_));
     }
-    draw_body(cloud.color);
-  }
-
-  void draw_ground(const ScenePolygon& ground) {
-    if (!is_between(ground.points, scroll_, scroll_ + camera_.width / scale_)) return;
-    polygon_.clear();
-    for (const auto& [x, z] : ground.points) polygon_.push_back(whole(x * scale_, z * scale_));
-    draw_body(ground.color);
+    draw_body(scenery.color);
   }
 
   void draw_ray(const StateCapture& captured) {
     // Sweeps through the rays forward and backward, then draws none until the cycle ends.
-    const RangeFinder& finder = specification_->range_finder;
+    const RangeFinder& finder = common_specification().range_finder;
     const std::size_t picture = (captured.step + 1) % kRayPeriod;
     if (picture >= 2 * finder.num_rays) return;
     const std::size_t ray = picture < finder.num_rays ? picture : 2 * finder.num_rays - 1 - picture;
@@ -175,7 +160,7 @@ class SideView : public Renderer {
   }
 
   void draw_link(const StateCapture& captured, std::size_t index, const Color& outline) {
-    const Link& link = specification_->links[index];
+    const Link& link = common_specification().links[index];
     for (const Prism& prism : link.prisms) {
       corners_.clear();
       for (const auto& vertex : prism.vertices) {
@@ -228,7 +213,6 @@ class SideView : public Renderer {
   Camera camera_;
   double scale_;  // pixels per metre
   double zoom_;   // height over Gymnasium's
-  std::shared_ptr<const Specification> specification_;
   std::optional<Canvas> canvas_;
 
   double scroll_ = 0;           // Gymnasium's left edge [m]
@@ -238,13 +222,6 @@ class SideView : public Renderer {
 };
 
 }  // namespace
-
-std::vector<ParameterDescription> camera_parameters() {
-  return {
-      {"width", std::int64_t{600}, "pixels", "Width of the picture.", 1, kMaxPixels},
-      {"height", std::int64_t{400}, "pixels", "Height of the picture.", 1, kMaxPixels},
-  };
-}
 
 std::unique_ptr<Renderer> make_renderer(const Parameters& camera) {
   const auto pixels = [&camera](const char* name) {

@@ -2,14 +2,11 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
 
 namespace walker::bipedal_walker {
-
-std::vector<ParameterDescription> camera_parameters();
 
 /// Draws as Gymnasium 1.4 does: a side view, 400 pixels high for 13.3 m, with the hull 4 m from the
 /// left edge. Another height scales the picture, and another width shows more or less of the
@@ -20,7 +17,7 @@ std::vector<ParameterDescription> camera_parameters();
 ///
 /// Each call of Gymnasium's `render` draws the next lidar ray. This renderer selects the ray by the
 /// steps since the reset, which gives the same pictures if every state is drawn.
-/// @param camera a value for each of `camera_parameters`
+/// @param camera width and height [pixels]
 std::unique_ptr<Renderer> make_renderer(const Parameters& camera);
 
 }  // namespace walker::bipedal_walker

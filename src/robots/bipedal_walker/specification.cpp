@@ -2,10 +2,11 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <tuple>
 
@@ -59,17 +60,20 @@ Link read_link(const std::string& name, const b2Body& body, const Frame& frame, 
   return link;
 }
 
-void read_walker(const Physics& physics, Specification& specification) {
+void read_walker(Specification& specification) {
+  Generator generator(0);
+  const auto physics = std::make_unique<Physics>();  // 100 KiB: too large for a stack
+  physics->build(generate_terrain(generator, false), 0);
   const std::array<const char*, kJointCount> joints{"hip_1", "knee_1", "hip_2", "knee_2"};
   const std::array<const char*, kJointCount> children{"upper_leg_1", "lower_leg_1", "upper_leg_2",
                                                       "lower_leg_2"};
-  specification.links.push_back(read_link("hull", physics.hull(), Frame{}, rgb(127, 51, 229)));
+  specification.links.push_back(read_link("hull", physics->hull(), Frame{}, rgb(127, 51, 229)));
   for (std::size_t i = 0; i < kJointCount; ++i) {
-    const b2RevoluteJoint& joint = physics.joint(i);
+    const b2RevoluteJoint& joint = physics->joint(i);
     const bool is_hip = i == kHip1 || i == kHip2;
-    const Frame parent = is_hip ? Frame{} : frame_of(physics, i - 1);
+    const Frame parent = is_hip ? Frame{} : frame_of(*physics, i - 1);
     specification.links.push_back(
-        read_link(children[i], child_of(joint), frame_of(physics, i), limb_color(i)));
+        read_link(children[i], child_of(joint), frame_of(*physics, i), limb_color(i)));
     specification.joints.push_back(
         {joints[i], is_hip ? "hull" : children[i - 1], children[i],
          to_vector3(parent.local(joint.GetLocalAnchorA())), Vector3{0, -1, 0},
@@ -78,33 +82,16 @@ void read_walker(const Physics& physics, Specification& specification) {
   }
 }
 
-/// Links and joints, the same on all terrains. Built once: temporary walkers fragment the heap.
-const Specification& the_walker() {
-  static const Specification kWalker = [] {
-    Generator generator(0);
-    const auto physics = std::make_unique<Physics>();  // 100 KiB: too large for a stack
-    physics->build(generate_terrain(generator, false), 0);
-    Specification specification;
-    read_walker(*physics, specification);
-    return specification;
-  }();
-  return kWalker;
-}
-
 void set_spaces(Specification& specification) {
   constexpr double kMaxSpeed = 5.0;
   const auto pi = double{static_cast<float>(M_PI)};
   // hull angle, three speeds, then two legs: hip angle, speed, knee angle, speed, contact
-  specification.observation_low = {-pi, -kMaxSpeed, -kMaxSpeed, -kMaxSpeed};
-  specification.observation_high = {pi, kMaxSpeed, kMaxSpeed, kMaxSpeed};
-  for (int leg = 0; leg < 2; ++leg) {
-    for (const double low : {-pi, -kMaxSpeed, -pi, -kMaxSpeed, -0.0}) {
-      specification.observation_low.push_back(low);
-    }
-    for (const double high : {pi, kMaxSpeed, pi, kMaxSpeed, kMaxSpeed}) {
-      specification.observation_high.push_back(high);
-    }
-  }
+  specification.observation_low = {-pi,        -kMaxSpeed, -kMaxSpeed, -kMaxSpeed, -pi,
+                                   -kMaxSpeed, -pi,        -kMaxSpeed, -0.0,       -pi,
+                                   -kMaxSpeed, -pi,        -kMaxSpeed, -0.0};
+  std::transform(specification.observation_low.begin(), specification.observation_low.end(),
+                 std::back_inserter(specification.observation_high),
+                 [](double low) { return low == 0 ? kMaxSpeed : -low; });
   specification.observation_low.resize(kObservationSize, -1.0);
   specification.observation_high.resize(kObservationSize, 1.0);
   specification.observation_dtype = "float32";
@@ -125,43 +112,45 @@ void set_engine(Specification& specification) {
   }
 }
 
-Specification build_specification(const Options& options, const std::string& stepper) {
-  Specification specification;
-  specification.id = options.id;
-  specification.parameters = {{"hardcore", options.hardcore},
-                              {"reuse_world", options.reuse_world},
-                              {"max_episode_steps", std::int64_t{options.max_episode_steps}}};
-  specification.dt = 1.0 / kStepsPerSecond;
-  specification.gravity = to_vector3({0, kGravity});
-  specification.max_episode_steps = options.max_episode_steps;
-  specification.reward_threshold = kRewardThreshold;
-  specification.episodes_are_independent = !options.reuse_world;
-  specification.contact_links = {"lower_leg_1", "lower_leg_2"};
-  // Ray 0 points straight down: -Y of the lidar frame, whose Y is up.
-  specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};
-  set_spaces(specification);
-  set_engine(specification);
-  if (!stepper.empty()) specification.engine_version += kSteppedBy + stepper;
-  specification.links = the_walker().links;
-  specification.joints = the_walker().joints;
-  return specification;
-}
-
 }  // namespace
 
-std::shared_ptr<const Specification> make_specification(const Options& options,
+const Specification& common_specification() {
+  static const Specification kCommon = [] {
+    Specification specification;
+    specification.dt = 1.0 / kStepsPerSecond;
+    specification.gravity = to_vector3({0, kGravity});
+    specification.reward_threshold = kRewardThreshold;
+    specification.contact_links = {"lower_leg_1", "lower_leg_2"};
+    // Ray 0 points straight down: -Y of the lidar frame, whose Y is up.
+    specification.range_finder = {kLidarRays, -M_PI / 2, kLidarIncrement, kLidarRange};
+    set_spaces(specification);
+    set_engine(specification);
+    read_walker(specification);
+    return specification;
+  }();
+  return kCommon;
+}
+
+std::shared_ptr<const Specification> make_specification(const std::string& id,
+                                                        const Parameters& parameters,
                                                         const std::string& stepper) {
-  using Key = std::tuple<std::string, bool, bool, std::uint32_t, std::string>;
   static std::mutex mutex;
-  static std::map<Key, std::weak_ptr<const Specification>> specifications;
+  static std::map<std::tuple<std::string, Parameters, std::string>,
+                  std::weak_ptr<const Specification>>
+      specifications;
   const std::lock_guard<std::mutex> lock(mutex);
-  std::weak_ptr<const Specification>& known = specifications[{
-      options.id, options.hardcore, options.reuse_world, options.max_episode_steps, stepper}];
-  std::shared_ptr<const Specification> specification = known.lock();
-  if (!specification) {
-    specification = std::make_shared<const Specification>(build_specification(options, stepper));
-    known = specification;
+  std::weak_ptr<const Specification>& known = specifications[{id, parameters, stepper}];
+  if (auto specification = known.lock()) return specification;
+  auto specification = std::make_shared<Specification>(common_specification());
+  specification->id = id;
+  for (const char* name : {"hardcore", "reuse_world", "max_episode_steps"}) {
+    specification->parameters.emplace_back(name, parameters.at(name));
   }
+  specification->max_episode_steps =
+      static_cast<std::uint32_t>(std::get<std::int64_t>(parameters.at("max_episode_steps")));
+  specification->episodes_are_independent = !std::get<bool>(parameters.at("reuse_world"));
+  if (!stepper.empty()) specification->engine_version += kSteppedBy + stepper;
+  known = specification;
   return specification;
 }
 

@@ -13,17 +13,16 @@
 
 namespace walker::bipedal_walker {
 
-struct Options {
-  std::string id;
-  bool hardcore = false;
-  bool reuse_world = false;
-  std::uint32_t max_episode_steps = 0;  ///< written to the specification; the episode enforces it
-};
+/// Returns what all environments have in common. Links and joints are read from a walker that is
+/// built once per process, because temporary walkers fragment the heap. Thread-safe.
+const Specification& common_specification();
 
-/// Returns the specification, with links and joints read from a walker that is built once per
-/// process. Calls with equal arguments share it as long as it is referenced. Thread-safe.
+/// Returns an environment's specification. Calls with equal arguments share it as long as it is
+/// referenced. Thread-safe.
+/// @param parameters complete
 /// @param stepper what steps the world; appended to the engine's version unless empty
-std::shared_ptr<const Specification> make_specification(const Options& options,
+std::shared_ptr<const Specification> make_specification(const std::string& id,
+                                                        const Parameters& parameters,
                                                         const std::string& stepper = "");
 
 /// Sets the scene to terrain, clouds and flag in Gymnasium's colours.

@@ -21,56 +21,49 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kBound = 1.2e-7;  // bound in observation_builder.h
 
-class ObservationBuilderTest : public testing::TestWithParam<std::string> {};
-
-TEST_P(ObservationBuilderTest, BuildsEveryObservation) {
-  constexpr std::uint64_t kSeeds = 20;
-  Observer observer(GetParam());
-  // Show that the comparison is not vacuous.
-  int steps = 0;
-  double furthest = 0;  // [m]
-  double steepest = 0;  // [rad]
-  int touching = 0;
-  std::ptrdiff_t infinite = 0;
-  for (const char* kind : {"random", "heuristic", "noisy", "saturated"}) {
-    for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
-      Actions actions(kind, seed);
-      std::vector<double> action;
-      observer.reset(seed);
-      ASSERT_LE(observer.largest_difference(), kBound) << kind << ", seed " << seed;
-      while (!observer.walker.has_ended()) {
-        actions.draw(observer.walker.observation, action);
-        observer.step(action);
-        const Measurements& measured = observer.measurements;
-        ++steps;
-        furthest = std::max(furthest, measured.position[0]);
-        steepest = std::max(steepest, std::abs(observer.walker.observation[kHullAngle]));
-        touching += measured.contacts[0] + measured.contacts[1];
-        infinite += std::count(measured.ranges.begin(), measured.ranges.end(), kInfinity);
-        ASSERT_LE(observer.largest_difference(), kBound)
-            << kind << ", seed " << seed << " after " << steps << " steps in all";
+TEST(ObservationBuilderTest, BuildsEveryObservation) {
+  for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
+    Observer observer(id);
+    // Show that the comparison is not vacuous.
+    int steps = 0;
+    double furthest = 0;  // [m]
+    double steepest = 0;  // [rad]
+    int touching = 0;
+    std::ptrdiff_t infinite = 0;
+    for (const char* kind : {"random", "heuristic", "noisy", "saturated"}) {
+      for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        SCOPED_TRACE(std::string(id) + " " + kind + ", seed " + std::to_string(seed));
+        Actions actions(kind, seed);
+        std::vector<double> action;
+        observer.reset(seed);
+        ASSERT_LE(observer.largest_difference(), kBound);
+        while (!observer.walker.has_ended()) {
+          actions.draw(observer.walker.observation, action);
+          observer.step(action);
+          const Measurements& measured = observer.measurements;
+          ++steps;
+          furthest = std::max(furthest, measured.position[0]);
+          steepest = std::max(steepest, std::abs(observer.walker.observation[kHullAngle]));
+          touching += measured.contacts[0] + measured.contacts[1];
+          infinite += std::count(measured.ranges.begin(), measured.ranges.end(), kInfinity);
+          ASSERT_LE(observer.largest_difference(), kBound) << "after " << steps << " steps in all";
+        }
       }
     }
+    EXPECT_GT(steps, 10000);
+    EXPECT_GT(furthest, 20) << "nobody walked";
+    EXPECT_GT(steepest, 1) << "nobody fell";
+    EXPECT_GT(touching, 1000);
+    EXPECT_GT(infinite, 1000);
   }
-  EXPECT_GT(steps, 10000);
-  EXPECT_GT(furthest, 20) << "nobody walked";
-  EXPECT_GT(steepest, 1) << "nobody fell";
-  EXPECT_GT(touching, 1000);
-  EXPECT_GT(infinite, 1000);
 }
 
-TEST_P(ObservationBuilderTest, TakesTheEnvironmentsParameters) {
-  EXPECT_NO_THROW(walker::make_observation_builder(GetParam(), {{"hardcore", true}}));
-  EXPECT_THROW(walker::make_observation_builder(GetParam(), {{"hardcor", true}}),
-               std::invalid_argument);
-  EXPECT_THROW(walker::make_observation_builder(GetParam() + "0"), std::invalid_argument);
+TEST(ObservationBuilderTest, TakesTheEnvironmentsParameters) {
+  const std::string id = "BipedalWalker-v3";
+  EXPECT_NO_THROW(walker::make_observation_builder(id, {{"hardcore", true}}));
+  EXPECT_THROW(walker::make_observation_builder(id, {{"hardcor", true}}), std::invalid_argument);
+  EXPECT_THROW(walker::make_observation_builder(id + "0"), std::invalid_argument);
 }
-
-INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,
-                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3"),
-                         [](const testing::TestParamInfo<std::string>& of) {
-                           return of.index == 0 ? "plain" : "hardcore";
-                         });
 
 class MeasurementsTest : public testing::Test {
  protected:

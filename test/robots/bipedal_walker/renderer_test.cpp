@@ -62,28 +62,30 @@ struct Recorded {
   std::uint32_t step;
 };
 
-void expect_gymnasiums(const Recorded& recorded) {
-  const auto& [id, kind, seed, step] = recorded;
-  const std::string name =
-      std::string(id) + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(step);
-  SCOPED_TRACE(name);
-  const Image ours = draw(capture_of(id, kind, seed, step));
-  const Image theirs = read_picture(name);
-  EXPECT_GT(structural_similarity(ours, theirs), 0.995);
-  EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
-}
+class RendererTest : public testing::Test {
+ protected:
+  const std::unique_ptr<Renderer> renderer_ = make_renderer("BipedalWalker-v3");
+  StateCapture captured_ = capture_of("BipedalWalker-v3", "zero", 0, 0);
+  Image image_;
+};
 
-TEST(RendererTest, LooksAsGymnasiums) {
-  for (const Recorded& recorded : {Recorded{"BipedalWalker-v3", "heuristic", 6, 0},
-                                   {"BipedalWalker-v3", "heuristic", 6, 9},
-                                   {"BipedalWalker-v3", "heuristic", 6, 150},
-                                   {"BipedalWalker-v3", "heuristic", 6, 1544},
-                                   {"BipedalWalker-v3", "noisy", 14, 83},
-                                   {"BipedalWalkerHardcore-v3", "heuristic", 4, 0},
-                                   {"BipedalWalkerHardcore-v3", "heuristic", 4, 200},
-                                   {"BipedalWalkerHardcore-v3", "heuristic", 4, 610},
-                                   {"BipedalWalkerHardcore-v3", "saturated", 9, 82}}) {
-    expect_gymnasiums(recorded);
+TEST_F(RendererTest, LooksAsGymnasiums) {
+  for (const auto& [id, kind, seed, step] : {Recorded{"BipedalWalker-v3", "heuristic", 6, 0},
+                                             {"BipedalWalker-v3", "heuristic", 6, 9},
+                                             {"BipedalWalker-v3", "heuristic", 6, 150},
+                                             {"BipedalWalker-v3", "heuristic", 6, 1544},
+                                             {"BipedalWalker-v3", "noisy", 14, 83},
+                                             {"BipedalWalkerHardcore-v3", "heuristic", 4, 0},
+                                             {"BipedalWalkerHardcore-v3", "heuristic", 4, 200},
+                                             {"BipedalWalkerHardcore-v3", "heuristic", 4, 610},
+                                             {"BipedalWalkerHardcore-v3", "saturated", 9, 82}}) {
+    const std::string name =
+        std::string(id) + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(step);
+    SCOPED_TRACE(name);
+    const Image ours = draw(capture_of(id, kind, seed, step));
+    const Image theirs = read_picture(name);
+    EXPECT_GT(structural_similarity(ours, theirs), 0.995);
+    EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
   }
 }
 
@@ -97,7 +99,7 @@ std::map<std::array<int, kColors>, int> palette(const Image& image) {
 
 /// Colours that cover more than a blended edge are equal; structural similarity would not detect a
 /// small difference in colour.
-TEST(RendererTest, ColorsAreGymnasiums) {
+TEST_F(RendererTest, ColorsAreGymnasiums) {
   constexpr int kMoreThanABlend = 60;  // [pixel]
   for (const auto& [id, seed] :
        {std::pair("BipedalWalker-v3", 6U), std::pair("BipedalWalkerHardcore-v3", 4U)}) {
@@ -115,18 +117,17 @@ TEST(RendererTest, ColorsAreGymnasiums) {
   }
 }
 
-TEST(RendererTest, DependsOnTheCaptureAlone) {
+TEST_F(RendererTest, DependsOnTheCaptureAlone) {
   const std::vector<StateCapture> captures = some_captures();
-  const auto renderer = make_renderer("BipedalWalker-v3");
-  const std::vector<Image> forward = draw_all(*renderer, captures);
+  const std::vector<Image> forward = draw_all(*renderer_, captures);
   for (std::size_t i = captures.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer, captures[i]).rgb, forward[i].rgb) << i;
+    EXPECT_EQ(draw(*renderer_, captures[i]).rgb, forward[i].rgb) << i;
     EXPECT_EQ(draw(captures[i]).rgb, forward[i].rgb) << i;
     EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
   }
 }
 
-TEST(RendererTest, TwoThreadsCanDraw) {
+TEST_F(RendererTest, TwoThreadsCanDraw) {
   const std::vector<StateCapture> captures = some_captures();
   const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), captures);
   const auto draw_often = [&](int& differing) {
@@ -147,7 +148,7 @@ TEST(RendererTest, TwoThreadsCanDraw) {
   EXPECT_EQ(there, 0);
 }
 
-TEST(RendererTest, ChangesNoBitOfAnEpisode) {
+TEST_F(RendererTest, ChangesNoBitOfAnEpisode) {
   for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
     Stepper drawn(id);
     Stepper alone(id);
@@ -177,12 +178,11 @@ TEST(RendererTest, ChangesNoBitOfAnEpisode) {
 
 /// Draws one lidar ray per step, in order and then in reverse, then none until the cycle of 100
 /// steps ends.
-TEST(RendererTest, StepSelectsTheRay) {
-  StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
-  for (Pose& link : captured.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
-  const auto red_pixels = [&captured](std::uint32_t step) {
-    captured.step = step;
-    const Image image = draw(captured);
+TEST_F(RendererTest, StepSelectsTheRay) {
+  for (Pose& link : captured_.sensors.link_poses) link.orientation = {0, 1, 0, 0};  // legs up
+  const auto red_pixels = [this](std::uint32_t step) {
+    captured_.step = step;
+    const Image image = draw(captured_);
     int count = 0;
     for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
       count += image.rgb[i] == 255 && image.rgb[i + 1] == 0 && image.rgb[i + 2] == 0 ? 1 : 0;
@@ -203,7 +203,7 @@ TEST(RendererTest, StepSelectsTheRay) {
   EXPECT_EQ(red_pixels(1000), red_pixels(0));
 }
 
-TEST(RendererTest, HeightScales) {
+TEST_F(RendererTest, HeightScales) {
   for (const StateCapture& captured : some_captures()) {
     const Image image = draw(captured);
     const Image large =
@@ -218,7 +218,7 @@ TEST(RendererTest, HeightScales) {
 }
 
 /// The tolerance covers cairo's rounding where a shape is clipped.
-TEST(RendererTest, WidthShowsMoreOrLessOnTheRight) {
+TEST_F(RendererTest, WidthShowsMoreOrLessOnTheRight) {
   for (const StateCapture& captured : some_captures()) {
     const Image image = draw(captured);
     for (const std::uint32_t width : {1U, 300U, 1000U}) {
@@ -238,7 +238,7 @@ TEST(RendererTest, WidthShowsMoreOrLessOnTheRight) {
 }
 
 /// The hull's position projects to a pixel of the hull's colour, also 3 m left of its usual place.
-TEST(RendererTest, CameraPoseProjectsTheHull) {
+TEST_F(RendererTest, CameraPoseProjectsTheHull) {
   std::vector<StateCapture> captures = some_captures();
   captures.push_back(captures[0]);
   for (Pose& link : captures.back().sensors.link_poses) link.position[0] -= 3;
@@ -261,45 +261,40 @@ TEST(RendererTest, CameraPoseProjectsTheHull) {
   }
 }
 
-TEST(RendererTest, CameraIsParallelAndLooksAlongY) {
+TEST_F(RendererTest, CameraIsParallelAndLooksAlongY) {
   const auto renderer =
       make_renderer("BipedalWalkerHardcore-v3", {}, {{"width", std::int64_t{320}}});
   EXPECT_EQ(renderer->camera().width, 320U);
   EXPECT_EQ(renderer->camera().height, 400U);
   EXPECT_EQ(renderer->camera().focal_length, 0);
   EXPECT_EQ(renderer->camera().near, 0);
-  const Image image = draw(*renderer, capture_of("BipedalWalker-v3", "zero", 0, 0));
+  const Image image = draw(*renderer, captured_);
   const Quaternion expected{-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // -pi/2 about x maps z to y
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_NEAR(image.camera_pose.orientation[i], expected[i], 1e-12);
   }
 }
 
-TEST(RendererTest, RejectsDepth) {
-  const auto renderer = make_renderer("BipedalWalker-v3");
-  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
-  Image image;
+TEST_F(RendererTest, RejectsDepth) {
   for (const bool color : {true, false}) {
     const std::string message = message_of<std::invalid_argument>([&] {
-      renderer->render(captured, {color, true}, image);
+      renderer_->render(captured_, {color, true}, image_);
     });
     EXPECT_EQ(message, "depth: BipedalWalker's renderer draws only color");
   }
 }
 
-TEST(RendererTest, DrawsNoColorIfNoneIsRequested) {
-  const auto renderer = make_renderer("BipedalWalker-v3");
-  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
-  Image image = draw(*renderer, captured);
-  const Pose pose = image.camera_pose;
-  renderer->render(captured, {false, false}, image);
-  EXPECT_TRUE(image.rgb.empty());
-  EXPECT_TRUE(image.depth.empty());
-  EXPECT_EQ(image.width, 600U);
-  EXPECT_EQ(image.camera_pose.position, pose.position);
+TEST_F(RendererTest, DrawsNoColorIfNoneIsRequested) {
+  image_ = draw(*renderer_, captured_);
+  const Pose pose = image_.camera_pose;
+  renderer_->render(captured_, {false, false}, image_);
+  EXPECT_TRUE(image_.rgb.empty());
+  EXPECT_TRUE(image_.depth.empty());
+  EXPECT_EQ(image_.width, 600U);
+  EXPECT_EQ(image_.camera_pose.position, pose.position);
 }
 
-TEST(RendererTest, RejectsWrongParameters) {
+TEST_F(RendererTest, RejectsWrongParameters) {
   for (const char* name : {"width", "height", "widht"}) {
     for (const std::int64_t value : {-600, 0, 4097}) {
       const std::string message = message_of<std::invalid_argument>([&] {
@@ -311,20 +306,18 @@ TEST(RendererTest, RejectsWrongParameters) {
   }
 }
 
-TEST(RendererTest, RejectsACaptureOfAnotherWalker) {
-  const auto renderer = make_renderer("BipedalWalker-v3");
+TEST_F(RendererTest, RejectsACaptureOfAnotherWalker) {
   Stepper walker("Walker2d-v5");
   walker.reset(0);
-  StateCapture captured;
-  capture(*walker.environment, 0, captured);
-  Image image;
+  StateCapture another;
+  capture(*walker.environment, 0, another);
   const std::string message =
-      message_of<std::invalid_argument>([&] { renderer->render(captured, {}, image); });
+      message_of<std::invalid_argument>([&] { renderer_->render(another, {}, image_); });
   EXPECT_EQ(message, "capture with 7 links and 0 rays; must have, as BipedalWalker, 5 and 10");
 }
 
 /// Non-finite and huge values, as a failed simulation could leave them.
-TEST(RendererTest, DrawsNonFiniteAndHugeNumbers) {
+TEST_F(RendererTest, DrawsNonFiniteAndHugeNumbers) {
   const auto renderer = make_renderer("BipedalWalkerHardcore-v3");
   const StateCapture sound = capture_of("BipedalWalkerHardcore-v3", "heuristic", 4, 8);
   const Image expected = draw(*renderer, sound);
@@ -344,13 +337,11 @@ TEST(RendererTest, DrawsNonFiniteAndHugeNumbers) {
   EXPECT_EQ(draw(*renderer, sound).rgb, expected.rgb) << "nothing of it stays";
 }
 
-TEST(RendererTest, ReusesTheImagesMemory) {
-  const auto renderer = make_renderer("BipedalWalker-v3");
-  const StateCapture captured = capture_of("BipedalWalker-v3", "zero", 0, 0);
-  Image image = draw(*renderer, captured);
-  const std::uint8_t* const memory = image.rgb.data();
-  renderer->render(captured, {}, image);
-  EXPECT_EQ(image.rgb.data(), memory);
+TEST_F(RendererTest, ReusesTheImagesMemory) {
+  image_ = draw(*renderer_, captured_);
+  const std::uint8_t* const memory = image_.rgb.data();
+  renderer_->render(captured_, {}, image_);
+  EXPECT_EQ(image_.rgb.data(), memory);
 }
 
 }  // namespace

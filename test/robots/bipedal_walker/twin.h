@@ -1,8 +1,9 @@
-// A copy of an environment's physics that tests can inspect.
+// Physics that tests can inspect: a copy of an environment's, and all state of a world.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
@@ -52,5 +53,10 @@ class Twin {
   Terrain terrain_;
   std::optional<Physics> physics_;
 };
+
+/// The state that a world carries from one step to the next, for comparison bit by bit.
+/// Returns positions, velocities, forces and sleep times of the bodies; impulses and limits of the
+/// joints; contacts in list order, with impulses and flags; all nodes of the broad-phase tree.
+std::vector<std::uint32_t> words_of(Physics& physics);
 
 }  // namespace walker::bipedal_walker

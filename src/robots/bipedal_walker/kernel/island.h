@@ -11,7 +11,6 @@
 
 #include "robots/bipedal_walker/kernel/contact.h"
 #include "robots/bipedal_walker/kernel/revolute_joint.h"
-#include "robots/bipedal_walker/kernel/rotation.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {

@@ -1,8 +1,88 @@
+// The compilations of the kernel, and the choice of one that gives Box2D's bits on this machine.
 #include "robots/bipedal_walker/kernel/kernel.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <deque>
+#include <vector>
+
+#include "base/bits.h"
+#include "base/random.h"
+#include "robots/bipedal_walker/physics.h"
 #include "simd/choose_kernel.h"
 
 namespace walker::bipedal_walker {
+namespace {
+
+/// Tests enough angles: one sine in some thousands differs if the C library rounds differently.
+bool has_rotations_of_library(const Kernel& kernel) {
+  constexpr int kAngles = 20000;
+  std::vector<float> angles(kAngles);
+  Generator generator(0);
+  for (float& angle : angles) {
+    const double exponent = generator.uniform(-16, 5);
+    angle = static_cast<float>(std::exp2(exponent) * (generator.uniform(-1, 1) < 0 ? -1 : 1));
+  }
+  std::vector<Rotation<float>> rotations(kAngles);
+  kernel.rotate(angles.data(), angles.size(), rotations.data());
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    if (to_bits(rotations[i].sine) != to_bits(std::sin(angles[i])) ||
+        to_bits(rotations[i].cosine) != to_bits(std::cos(angles[i]))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Terrain rougher than Gymnasium's, for contacts at all angles from the first steps on.
+Terrain rough_ground(Generator& generator) {
+  Terrain terrain;
+  for (std::size_t i = 0; i < terrain.ground.size(); ++i) {
+    terrain.ground[i] = {static_cast<double>(i) * kTerrainStep,
+                         kTerrainHeight + generator.uniform(-0.3, 0.3)};
+  }
+  return terrain;
+}
+
+std::vector<std::byte> state_of(const Physics& physics) {
+  std::vector<std::byte> bytes;
+  StateWriter writer(bytes);
+  physics.save(writer);
+  return bytes;
+}
+
+/// Compares worlds that the kernel steps with identical worlds that Box2D steps.
+bool has_steps_of_box2d(const Kernel& kernel) {
+  constexpr int kSteps = 12;
+  constexpr std::size_t kWorlds = 19;  // the last group of lanes is not full
+  Generator generator(0);
+  std::deque<Physics> ours(kWorlds);
+  std::deque<Physics> plain(kWorlds);
+  for (std::size_t i = 0; i < kWorlds; ++i) {
+    const Terrain terrain = rough_ground(generator);
+    const double push = generator.uniform(-50, 50);
+    ours[i].build(terrain, push);
+    plain[i].build(terrain, push);
+  }
+  for (int step = 0; step < kSteps; ++step) {
+    std::array<WorldCall, kWorlds> calls;
+    for (std::size_t i = 0; i < kWorlds; ++i) {
+      std::array<double, kJointCount> action{};
+      for (double& value : action) value = generator.uniform(-1, 1);
+      ours[i].drive(action.data());
+      calls[i].physics = &ours[i];
+      plain[i].drive(action.data());
+      plain[i].step();
+    }
+    step_together(kernel, calls.data(), calls.size());
+  }
+  return std::equal(ours.begin(), ours.end(), plain.begin(),
+                    [](const auto& a, const auto& b) { return state_of(a) == state_of(b); });
+}
+
+}  // namespace
 
 std::vector<const Kernel*> kernels() {
 #ifndef WALKER_SIM_HAS_KERNELS
@@ -12,6 +92,14 @@ std::vector<const Kernel*> kernels() {
 #else
   return simd::usable_kernels<Kernel>({&kernel_avx512, &kernel_avx2, &kernel_sse2});
 #endif
+}
+
+bool has_box2ds_bits(const Kernel& kernel) {
+  return has_rotations_of_library(kernel) && has_steps_of_box2d(kernel);
+}
+
+KernelChoice choose_kernel() {
+  return simd::choose_kernel(simd::allowed_kernels(kernels()), has_box2ds_bits);
 }
 
 }  // namespace walker::bipedal_walker

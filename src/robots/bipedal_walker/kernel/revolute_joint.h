@@ -10,7 +10,6 @@
 #pragma once
 
 #include "robots/bipedal_walker/kernel/lanes.h"
-#include "robots/bipedal_walker/kernel/rotation.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {

@@ -1,4 +1,8 @@
-// Entry points of the kernel, which solve the problems of many worlds, W at a time.
+// Entry points of the kernel, which solve the problems of many worlds, W at a time, and the
+// solution of impacts.
+//
+// Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
+// of our own, which is not the original software. lanes.h has the terms.
 #pragma once
 
 #include <algorithm>
@@ -7,12 +11,158 @@
 
 #include "base/limits.h"
 #include "robots/bipedal_walker/kernel/island.h"
-#include "robots/bipedal_walker/kernel/rotation.h"
-#include "robots/bipedal_walker/kernel/toi.h"
 #include "simd/workspace.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
+
+constexpr int kToiPositionIterations = 20;
+constexpr float kToiBaumgarte = 0.75F;  ///< b2_toiBaugarte
+
+/// b2Island::SolveTOI for one body of a walker per lane, at its time of impact with the terrain.
+/// Corrects its position, solves its velocity, and integrates it over the rest of the step.
+template <int W>
+class ToiLanes {
+ public:
+  /// @param islands `count` islands, at most W
+  ToiLanes(ToiIsland* const* islands, int count, const Model& model)
+      : model_(model), count_(count) {
+    for (int lane = 0; lane < W; ++lane) islands_[lane] = islands[lane < count ? lane : 0];
+    for (const ToiIsland* island : islands_)
+      num_slots_ = std::max(num_slots_, island->num_contacts);
+    load();
+  }
+
+  void solve() {
+    correct();
+    prepare_velocities();
+    for (int i = 0; i < model_.velocity_iterations; ++i) {
+      // After an iteration that changes nothing, later ones change nothing either.
+      constexpr int kComparisonPeriod = 8;
+      if (i % kComparisonPeriod != 0) {
+        iterate();
+      } else if (iterate_and_compare()) {
+        break;
+      }
+    }
+    integrate_position();
+  }
+
+ private:
+  void load() {
+    std::array<const BodyState<float>*, W> states;
+    for (int lane = 0; lane < W; ++lane) {
+      const ToiIsland& island = *islands_[lane];
+      const Model::Body& body = model_.bodies[island.body];
+      states[lane] = &island.state;
+      dt_.set(lane, island.dt);
+      mass_.inverse_mass.set(lane, body.inverse_mass);
+      mass_.inverse_inertia.set(lane, body.inverse_inertia);
+      mass_.center.x.set(lane, body.center_x);
+      mass_.center.y.set(lane, body.center_y);
+    }
+    gather<W>(body_, states.data());
+    static const ContactManifold<float, int> kNone{};
+    for (int i = 0; i < num_slots_; ++i) {
+      std::array<const ContactManifold<float, int>*, W> manifolds;
+      for (int lane = 0; lane < W; ++lane) {
+        const ToiIsland& island = *islands_[lane];
+        manifolds[lane] = i < island.num_contacts ? &island.contacts[i] : &kNone;
+      }
+      gather<W>(manifolds_[i], manifolds.data());
+    }
+  }
+
+  /// Runs position iterations until the penetration of each body is within tolerance.
+  void correct() {
+    PositionLanes<W> position{{body_.x, body_.y}, body_.angle};
+    PositionLanes<W> kept = position;
+    Truth<W> is_kept = Truth<W>::none();
+    const unsigned all = (1U << count_) - 1;
+    for (int k = 0; k < kToiPositionIterations && (to_bits(is_kept) & all) != all; ++k) {
+      Number<W> separation(0);
+      for (int i = 0; i < num_slots_; ++i) {
+        solve_position(manifolds_[i], any(manifolds_[i].has_two_points), mass_, kToiBaumgarte,
+                       position, separation);
+      }
+      const Truth<W> is_near = separation >= Number<W>(-1.5F * kLinearSlop);
+      kept.center = select(is_kept, kept.center, position.center);
+      kept.angle = select(is_kept, kept.angle, position.angle);
+      is_kept = is_kept | is_near;
+    }
+    body_.x = kept.center.x;
+    body_.y = kept.center.y;
+    body_.angle = kept.angle;
+    for (int lane = 0; lane < count_; ++lane) {
+      islands_[lane]->safe_x = body_.x[lane];
+      islands_[lane]->safe_y = body_.y[lane];
+      islands_[lane]->safe_angle = body_.angle[lane];
+    }
+  }
+
+  void prepare_velocities() {
+    velocity_ = {{body_.velocity_x, body_.velocity_y}, body_.angular_velocity};
+    const Rotation<Number<W>> rotation = rotation_of<W>(body_.angle);
+    const Vec2<W> center{body_.x, body_.y};
+    const Transform<W> transform{rotation, center - rotate(rotation, mass_.center)};
+    for (int i = 0; i < num_slots_; ++i) {
+      prepare(manifolds_[i], mass_, center, transform, contacts_[i]);
+      for (PointLanes<W>& point : contacts_[i].points) {
+        point.normal_impulse = Number<W>(0);
+        point.tangent_impulse = Number<W>(0);
+      }
+    }
+  }
+
+  WALKER_SIM_INLINE void iterate() {
+    for (int i = 0; i < num_slots_; ++i) kernel::solve(contacts_[i], velocity_);
+  }
+
+  /// @return whether the iteration changed no bit of any world
+  bool iterate_and_compare() {
+    Truth<W> is_changed = Truth<W>::none();
+    const auto compare = [&is_changed](Number<W> before, Number<W> after) WALKER_SIM_INLINE {
+      is_changed = is_changed | ~simd::is_same(before, after);
+    };
+    const BodyLanes<W> before = velocity_;
+    for (int i = 0; i < num_slots_; ++i) {
+      ContactLanes<W>& contact = contacts_[i];
+      const PointLanes<W> before_1 = contact.points[0];
+      const PointLanes<W> before_2 = contact.points[1];
+      kernel::solve(contact, velocity_);
+      compare(before_1.normal_impulse, contact.points[0].normal_impulse);
+      compare(before_1.tangent_impulse, contact.points[0].tangent_impulse);
+      if (!contact.any_two) continue;
+      compare(before_2.normal_impulse, contact.points[1].normal_impulse);
+      compare(before_2.tangent_impulse, contact.points[1].tangent_impulse);
+    }
+    compare(before.velocity.x, velocity_.velocity.x);
+    compare(before.velocity.y, velocity_.velocity.y);
+    compare(before.angular_velocity, velocity_.angular_velocity);
+    return !any(is_changed);
+  }
+
+  void integrate_position() {
+    body_.velocity_x = velocity_.velocity.x;
+    body_.velocity_y = velocity_.velocity.y;
+    body_.angular_velocity = velocity_.angular_velocity;
+    integrate<W>(dt_, body_);
+    std::array<BodyState<float>*, W> states;
+    for (int lane = 0; lane < W; ++lane) states[lane] = &islands_[lane]->state;
+    scatter<W>(body_, states.data(), count_);
+  }
+
+  Number<W> dt_;
+  MassLanes<W> mass_;
+  BodyState<Number<W>> body_;
+  BodyLanes<W> velocity_;
+  std::array<ManifoldLanes<W>, kMaxContactsOfBody> manifolds_;
+  std::array<ContactLanes<W>, kMaxContactsOfBody> contacts_;
+  const Model& model_;
+  std::array<ToiIsland*, W> islands_;
+  int count_;
+  int num_slots_ = 0;
+};
 
 /// Position iterations after which most worlds have converged; most of the others never do.
 constexpr int kFirstIterations = 6;

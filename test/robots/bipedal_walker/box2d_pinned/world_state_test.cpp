@@ -1,13 +1,10 @@
 // A world that loads another world's state has all of its state and the same future.
-#include "robots/bipedal_walker/world_state.h"
-
 #include <gtest/gtest.h>
 
 #include <random>
 #include <string>
 #include <tuple>
 
-#include "robots/bipedal_walker/kernel/world_words.h"
 #include "robots/bipedal_walker/twin.h"
 
 namespace walker::bipedal_walker {
@@ -20,21 +17,21 @@ class World : public Twin {
   std::vector<std::byte> save() {
     std::vector<std::byte> state;
     StateWriter writer(state);
-    WorldState::save(*physics_, writer);
+    physics_->save(writer);
     return state;
   }
 
   void load(World& other) {
     const std::vector<std::byte> state = other.save();
     StateReader reader(state.data(), state.size());
-    const WorldState world = WorldState::read(reader, other.terrain_);
+    const auto restore = Physics::read_state(reader, other.terrain_);
     reader.finish();
     if (other.terrain_.ground[50].y != terrain_.ground[50].y) {
       terrain_ = other.terrain_;
       physics_.emplace();
       physics_->build(terrain_, 0);
     }
-    world.restore(*physics_);
+    restore(*physics_);
     generator_ = other.generator_;
   }
 
@@ -106,15 +103,9 @@ TEST_P(WorldStateTest, HasTheSameFuture) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<WorldStateTest::ParamType>& info) {
-  const auto& [mode, hardcore, reuse_world] = info.param;
-  return mode + (hardcore ? "_hardcore" : "_plain") + (reuse_world ? "_reused" : "");
-}
-
 INSTANTIATE_TEST_SUITE_P(Worlds, WorldStateTest,
                          testing::Combine(testing::Values("random", "rest"), testing::Bool(),
-                                          testing::Bool()),
-                         name_of);
+                                          testing::Bool()));
 
 }  // namespace
 }  // namespace walker::bipedal_walker

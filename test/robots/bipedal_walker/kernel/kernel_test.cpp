@@ -12,6 +12,7 @@
 #include <random>
 #include <tuple>
 
+#include "kernel_variable.h"
 #include "robots/bipedal_walker/kernel/run.h"
 
 namespace walker::bipedal_walker {
@@ -50,15 +51,9 @@ TEST_P(KernelTest, HasBox2dsBits) {
   }
 }
 
-std::string name_of(const testing::TestParamInfo<KernelTest::ParamType>& info) {
-  const auto& [mode, hardcore, reuse_world] = info.param;
-  return mode + (hardcore ? "_hardcore" : "_plain") + (reuse_world ? "_reused" : "");
-}
-
 INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
-                         testing::Combine(testing::ValuesIn(modes()), testing::Bool(),
-                                          testing::Bool()),
-                         name_of);
+                         testing::Combine(testing::ValuesIn(kModes), testing::Bool(),
+                                          testing::Bool()));
 
 const Kernel& original() { return *kernels().front(); }
 
@@ -133,6 +128,35 @@ TEST(KernelGroupTest, AnyNumberOfWorlds) {
     const Report report = run(kernels(), options);
     for (const Tally& tally : report.tallies) EXPECT_EQ(tally.different, 0) << worlds << " worlds";
   }
+}
+
+TEST(TrialTest, EveryKernelHasBox2dsBits) {
+  for (const Kernel* kernel : kernels()) {
+    EXPECT_TRUE(has_box2ds_bits(*kernel)) << kernel->instruction_set;
+  }
+}
+
+TEST(TrialTest, RejectsOtherSteps) {
+  Kernel kernel = original();
+  kernel.solve = solve_less<&Model::velocity_iterations>;
+  EXPECT_FALSE(has_box2ds_bits(kernel));
+}
+
+/// One sine in a thousand is wrong by one unit in the last place, as in another C library.
+TEST(TrialTest, RejectsOtherRotations) {
+  Kernel kernel = original();
+  kernel.rotate = [](const float* angles, std::size_t count, Rotation<float>* rotations) {
+    original().rotate(angles, count, rotations);
+    for (std::size_t i = 0; i < count; i += 1000) {
+      rotations[i].sine = std::nextafter(rotations[i].sine, 2.0F);
+    }
+  };
+  EXPECT_FALSE(has_box2ds_bits(kernel));
+}
+
+TEST(TrialTest, ChoosesTheWidestKernel) {
+  const KernelVariable variable(nullptr);
+  EXPECT_EQ(choose_kernel().kernel, &original());
 }
 
 }  // namespace

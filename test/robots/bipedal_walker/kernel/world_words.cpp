@@ -1,5 +1,5 @@
 // Compiled with -fno-access-control, because most of this state is private.
-#include "robots/bipedal_walker/kernel/world_words.h"
+#include "robots/bipedal_walker/twin.h"
 
 #include <cstring>
 #include <type_traits>

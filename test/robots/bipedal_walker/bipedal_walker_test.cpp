@@ -1,0 +1,233 @@
+// Seeds, bounds of actions, the end of episodes, allocations, and exceptions from Box2D.
+#include "robots/bipedal_walker/bipedal_walker.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "allocation_counter.h"
+#include "episode/episode.h"
+#include "robots/bipedal_walker/player.h"
+
+namespace walker::bipedal_walker {
+namespace {
+
+using Rows = std::vector<std::vector<double>>;
+
+constexpr const char* kPlain = "BipedalWalker-v3";
+constexpr const char* kHardcore = "BipedalWalkerHardcore-v3";
+
+Rows play_heuristic(Stepper& walker, std::optional<std::uint64_t> seed) {
+  return play(walker, seed, Actions("heuristic", 0));
+}
+
+Rows play_fresh(const char* id, std::uint64_t seed) {
+  Stepper walker(id);
+  return play_heuristic(walker, seed);
+}
+
+TEST(Episodes, DependOnTheSeedAlone) {
+  for (const char* id : {kPlain, kHardcore}) {
+    for (std::uint64_t seed = 100; seed < 106; ++seed) {
+      Stepper walker(id);
+      const Rows fresh = play_fresh(id, seed);
+      EXPECT_EQ(play_heuristic(walker, seed), fresh) << "in a new environment";
+      play(walker, 1, Actions("random", 1), 200);
+      play(walker, std::nullopt, Actions("noisy", 2));
+      EXPECT_EQ(play_heuristic(walker, seed), fresh) << "after other episodes";
+    }
+  }
+  EXPECT_NE(play_fresh(kPlain, 21), play_fresh(kPlain, 22));
+}
+
+TEST(Episodes, FirstResetWithoutASeedDrawsOne) {
+  Stepper walker(kPlain);
+  Stepper other(kPlain);
+  walker.reset();
+  other.reset();
+  EXPECT_NE(walker.environment->generator_state(), GeneratorState{});
+  EXPECT_NE(walker.environment->generator_state(), other.environment->generator_state());
+}
+
+TEST(Episodes, ResetReportsNoRewardAndNoEnd) {
+  Stepper walker(kPlain);
+  play(walker, 1, Actions("zero", 0));
+  ASSERT_TRUE(walker.result.terminated);
+  EXPECT_EQ(walker.result.reward, -100);
+  EXPECT_STREQ(walker.result.end_reason, "hull touched the ground");
+  walker.reset();
+  EXPECT_FALSE(walker.has_ended());
+  EXPECT_EQ(walker.result.reward, 0);
+  EXPECT_STREQ(walker.result.end_reason, "");
+  EXPECT_STREQ(walker.result.error, "");
+}
+
+TEST(Episodes, ClipsActions) {
+  Stepper walker(kPlain);
+  Stepper twin(kPlain);
+  walker.reset(3);
+  twin.reset(3);
+  for (int i = 0; i < 40; ++i) {
+    walker.step({1e300, -7, 1.5, -1.0000001});
+    twin.step({1, -1, 1, -1});
+    ASSERT_EQ(walker.row(), twin.row()) << "step " << i;
+  }
+}
+
+TEST(Episodes, LimitDoesNotChangeTheSteps) {
+  Stepper walker(kPlain, {{"max_episode_steps", std::int64_t{50}}});
+  const Rows limited = play_heuristic(walker, 0);
+  const Rows whole = play_fresh(kPlain, 0);
+  ASSERT_EQ(limited.size(), 51U);
+  EXPECT_TRUE(walker.result.truncated);
+  EXPECT_STREQ(walker.result.end_reason, "50 steps");
+  for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(limited[i], whole[i]);
+}
+
+TEST(Episodes, HardcoreIsAParameterToo) {
+  Stepper by_parameter(kPlain, {{"hardcore", true}});
+  EXPECT_EQ(play_heuristic(by_parameter, 4), play_fresh(kHardcore, 4));
+}
+
+/// Stepping, sensing and acting allocate nothing by operator new; Box2D allocates by malloc.
+TEST_F(AllocationTest, StepsSensesAndActsWithoutTheHeap) {
+  for (const char* id : {kPlain, kHardcore}) {
+    Stepper walker(id);
+    Sensors sensors;
+    int steps = 0;
+    for (std::uint64_t seed = 0; steps < 1000; ++seed) {
+      walker.reset(seed);
+      walker.environment->sense(sensors);  // sizes the vectors
+      Heuristic heuristic;
+      std::array<double, kJointCount> action{};
+      const Counting counting;
+      for (; !walker.has_ended(); ++steps) {
+        heuristic.act(walker.observation.data(), action.data());
+        walker.environment->step(action.data(), action.size(), walker.result);
+        walker.environment->sense(sensors);
+      }
+    }
+    EXPECT_EQ(allocations, 0) << id << " in " << steps << " steps";
+  }
+}
+
+}  // namespace
+
+/// Throws from within b2World::Step when two bodies come close, as a failed assertion does.
+class FailingFilter : public b2ContactFilter {
+ public:
+  bool ShouldCollide(b2Fixture* /*one*/, b2Fixture* /*other*/) override {
+    throw std::logic_error("an assertion");
+  }
+};
+
+class BrokenWorldTest : public testing::Test {
+ protected:
+  void make(bool reuse_world) {
+    auto walker = std::make_unique<BipedalWalker>(
+        kPlain,
+        complete_parameters(parameter_descriptions(kPlain), {{"reuse_world", reuse_world}}));
+    walker_ = walker.get();
+    episode_ = std::make_unique<Episode>(std::move(walker));
+    result_.observation = observation_.data();
+  }
+
+  void break_world() {
+    const_cast<b2World&>(walker_->physics_->world()).SetContactFilter(&filter_);
+  }
+
+  void step_until_the_end() {
+    const std::array<double, kJointCount> action{};
+    for (int i = 0; i < 500 && !result_.terminated; ++i) {
+      episode_->step(action.data(), action.size(), result_);
+    }
+  }
+
+  std::array<double, kObservationSize> observation_{};
+  Result result_;
+  FailingFilter filter_;
+  std::unique_ptr<Episode> episode_;
+  BipedalWalker* walker_ = nullptr;
+};
+
+TEST_F(BrokenWorldTest, EndsTheEpisode) {
+  make(false);
+  episode_->reset(1, result_);
+  break_world();
+  step_until_the_end();
+  EXPECT_TRUE(result_.terminated);
+  EXPECT_STREQ(result_.end_reason, "the simulation failed");
+  EXPECT_STREQ(result_.error, "Box2D failed an assertion");
+  EXPECT_EQ(result_.reward, 0);
+  Sensors sensors;
+  EXPECT_THROW(episode_->sense(sensors), ResetNeeded);
+}
+
+TEST_F(BrokenWorldTest, IsRepairedByTheNextReset) {
+  for (const bool reuse_world : {false, true}) {
+    make(reuse_world);
+    episode_->reset(1, result_);
+    const auto start = observation_;
+    break_world();
+    step_until_the_end();
+    ASSERT_STRNE(result_.error, "");
+    episode_->reset(1, result_);
+    EXPECT_EQ(observation_, start);
+    EXPECT_STREQ(result_.error, "");
+    EXPECT_FALSE(result_.terminated);
+    step_until_the_end();
+    EXPECT_STREQ(result_.end_reason, "hull touched the ground");
+  }
+}
+
+TEST_F(BrokenWorldTest, ResetCanFail) {
+  make(true);
+  episode_->reset(1, result_);
+  break_world();  // destroy() keeps the b2World, and so the filter
+  EXPECT_THROW(episode_->reset(2, result_), std::runtime_error);
+  EXPECT_THROW(step_until_the_end(), ResetNeeded);
+  EXPECT_NO_THROW(episode_->reset(2, result_));
+}
+
+TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
+  constexpr std::size_t kWalkers = 5;
+  constexpr std::size_t kBroken = 3;
+  std::array<std::array<std::unique_ptr<Episode>, kWalkers>, 2> sides;
+  auto& [group, single] = sides;
+  for (auto& side : sides) {
+    for (std::size_t i = 0; i < kWalkers; ++i) {
+      make(false);
+      episode_->reset(i == kBroken ? 1 : 10 + i, result_);
+      if (i == kBroken) break_world();
+      side[i] = std::move(episode_);
+    }
+  }
+  const std::array<double, kJointCount> action{};
+  bool has_failed = false;
+  for (int step = 0; step < 200; ++step) {
+    std::vector<Episode::GroupStep> steps;
+    for (std::size_t i = 0; i < kWalkers; ++i) {
+      for (auto& side : sides) {
+        if (side[i]->state().terminated) side[i]->reset(step, result_);
+      }
+      steps.push_back({group[i].get(), action.data()});
+      single[i]->step(action.data(), action.size(), result_);
+    }
+    Episode::step_group(steps.data(), kWalkers);
+    for (std::size_t i = 0; i < kWalkers; ++i) {
+      const EpisodeState& ours = group[i]->state();
+      const EpisodeState& theirs = single[i]->state();
+      EXPECT_EQ(ours.observation, theirs.observation) << i << " in step " << step;
+      EXPECT_EQ(ours.reward, theirs.reward);
+      ASSERT_EQ(ours.terminated, theirs.terminated);
+      EXPECT_EQ(ours.error, theirs.error);
+      has_failed = has_failed || !ours.error.empty();
+    }
+  }
+  EXPECT_TRUE(has_failed);
+}
+
+}  // namespace walker::bipedal_walker
