@@ -1,9 +1,6 @@
 // Run-time loading of the libraries that only rendering needs.
 #pragma once
 
-#include <dlfcn.h>
-
-#include <stdexcept>
 #include <string>
 
 namespace walker {
@@ -14,15 +11,10 @@ class SharedLibrary {
   /// @param file    name for the dynamic loader, e.g. libcairo.so.2
   /// @param package of the distribution, for the error message
   /// @throws std::runtime_error naming the package to install
-  SharedLibrary(const char* file, const char* package)
-      : handle_(dlopen(file, RTLD_NOW | RTLD_LOCAL)), file_(file) {
-    if (handle_ != nullptr) return;
-    throw std::runtime_error(file_ + " cannot be loaded (" + dlerror() + "); install the package " +
-                             package);
-  }
+  SharedLibrary(const char* file, const char* package);
 
   /// Makes the library's symbols visible to the whole process (RTLD_GLOBAL).
-  void make_global() const { dlopen(file_.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD); }
+  void make_global() const;
 
   /// A function's address; converts to any function pointer type, e.g. decltype(&cairo_create).
   struct Function {
@@ -35,11 +27,7 @@ class SharedLibrary {
   };
 
   /// Looks up a function. @throws std::runtime_error if the library does not have it
-  Function function(const char* name) const {
-    void* const found = dlsym(handle_, name);
-    if (found == nullptr) throw std::runtime_error(file_ + " has no function " + name);
-    return {found};
-  }
+  Function function(const char* name) const;
 
  private:
   void* handle_;

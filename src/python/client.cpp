@@ -101,8 +101,8 @@ class ClientBinding {
   ClientBinding(const std::string& id, const py::dict& parameters, std::string server,
                 std::string master_uri, double timeout, std::int64_t spin_us)
       : specification_(make(id, to_parameters(parameters))->specification()) {
-    const ClientOptions options{std::move(server), std::move(master_uri), timeout,
-                                &raises_after_signal, /*caller=*/{}, spin_us};
+    const ClientOptions options{std::move(server),    std::move(master_uri), timeout,
+                                &raises_after_signal, /*caller=*/{},         spin_us};
     call([&] {
       client_.emplace(options);
       server_ = client_->specification();

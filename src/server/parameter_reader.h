@@ -31,12 +31,12 @@ struct ServerOptions {
   double command_timeout;  ///< [s]; 0: none
   bool publish_clock;
   bool paused;
-  double camera_rate = 0;  ///< pictures per second of simulation time; 0: one per state
+  double camera_rate = 0;            ///< pictures per second of simulation time; 0: one per state
   std::chrono::microseconds spin{};  ///< longest time to poll for the next request
-  std::string recorder;    ///< full name of the node to wait for; empty: none
-  std::string tf_prefix;   ///< without leading and trailing slashes; may be empty
-  Parameters environment;  ///< of the environment
-  Parameters camera;       ///< of its camera, with the names that `make_renderer` takes
+  std::string recorder;              ///< full name of the node to wait for; empty: none
+  std::string tf_prefix;             ///< without leading and trailing slashes; may be empty
+  Parameters environment;            ///< of the environment
+  Parameters camera;                 ///< of its camera, with the names that `make_renderer` takes
 };
 
 /// Descriptions of the server's own parameters, without those of the environment and its camera.

@@ -77,7 +77,9 @@ TEST(Parameters, RejectOtherTypesAndValues) {
       {"range", List{0, 6}, "[0.0, 6.0]: must be a list of numbers in [-5.0, 5.0]"},
   };
   for (const auto& [name, value, reason] : cases) {
-    EXPECT_EQ(refusal(name, value), "parameter " + name + " = " + reason);
+    std::string expected = "parameter " + name;
+    expected.append(" = ").append(reason);
+    EXPECT_EQ(refusal(name, value), expected);
   }
 }
 
@@ -171,8 +173,11 @@ TEST(ParameterText, RejectsUnparsableValues) {
   };
   for (const auto& [name, type, texts] : cases) {
     for (const std::string& text : texts) {
-      EXPECT_EQ(message(name + "=" + text),
-                "parameter " + name + " = " + text + ": must be " + type);
+      std::string given = name;
+      given.append("=").append(text);
+      std::string expected = "parameter " + name;
+      expected.append(" = ").append(text).append(": must be ").append(type);
+      EXPECT_EQ(message(given), expected);
     }
   }
   const std::string unknown = message("cuont=4");

@@ -16,7 +16,7 @@ LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
 
 
 def lockstep(settings):
-    """One environment stepped by service, client and server on one core or free to use two. The same
+    """One environment stepped by service, client and server on one core or free to use two. Also
     without physics, beside a raw TCP connection with messages of the same size, and with a server
     that does not poll before it blocks."""
     rows = []

@@ -45,8 +45,8 @@ bool receive_all(int connection, std::vector<char>& data, SpinWait<>& spin) {
   });
   const std::size_t begin = received > 0 ? static_cast<std::size_t>(received) : 0;
   const std::size_t rest = data.size() - begin;
-  return rest == 0 || recv(connection, data.data() + begin, rest, MSG_WAITALL) ==
-                          static_cast<ssize_t>(rest);
+  return rest == 0 ||
+         recv(connection, data.data() + begin, rest, MSG_WAITALL) == static_cast<ssize_t>(rest);
 }
 
 void serve(int listener, std::vector<char> request, const std::vector<char>& response,
@@ -98,6 +98,7 @@ void run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return walker::bench::run_program("walker_sim_ping_pong", [&] {
-    walker::bench::run({argv + 1, argv + argc, {"request-bytes", "response-bytes", "spin-us", "seconds"}});
+    walker::bench::run(
+        {argv + 1, argv + argc, {"request-bytes", "response-bytes", "spin-us", "seconds"}});
   });
 }

@@ -8,7 +8,15 @@ import walker_sim
 from walker_sim.over_ros import ANY, limit_of_make
 from walkers import IDS, make_many, make_ours
 
-SHARED = ["transport", "server", "master_uri", "timeout", "spin_us", "max_episode_steps", "render_mode"]
+SHARED = [
+    "transport",
+    "server",
+    "master_uri",
+    "timeout",
+    "spin_us",
+    "max_episode_steps",
+    "render_mode",
+]
 VECTORS = ["num_envs", "num_threads", "batch_size", "autoreset_mode"]
 WALKER2D = ["xml_file", "frame_skip", "healthy_z_range", "camera_name", "default_camera_config"]
 

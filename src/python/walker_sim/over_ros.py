@@ -14,8 +14,8 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.errors import ServerMismatch
 from walker_sim.arguments import to_count
+from walker_sim.errors import ServerMismatch
 from walker_sim.rendering import Pictures
 from walker_sim.transport import (
     Batch,

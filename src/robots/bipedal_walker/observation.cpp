@@ -102,8 +102,8 @@ class Builder : public ObservationBuilder {
 
 }  // namespace
 
-/// This does not search the world's tree: the ground is sorted from left to right, so the few pieces
-/// that rays can hit are known. The nearest hit does not depend on their order.
+/// This does not search the world's tree: the ground is sorted from left to right, so the few
+/// pieces that rays can hit are known. The nearest hit does not depend on their order.
 void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan) {
   // The rays as vectors: forward, down [m]. Computed by the C library's sine, as in Gymnasium.
   static const auto kRays = [] {

@@ -17,16 +17,17 @@ void for_each_part(const mjModel& m, const mjData& data, const Use& use) {
 }
 
 void save_data(const mjModel& m, const mjData& data, double* values) {
-  for_each_part(m, data, [&values](const double* part, int size) {
-    values = std::copy_n(part, size, values);
-  });
+  double* next = values;
+  for_each_part(m, data,
+                [&next](const double* part, int size) { next = std::copy_n(part, size, next); });
 }
 
 void load_data(const mjModel& m, mjData& data, const double* values) {
   mj_resetData(&m, &data);  // also clears the warnings
-  for_each_part(m, data, [&values](double* part, int size) {
-    std::copy_n(values, size, part);
-    values += size;
+  const double* next = values;
+  for_each_part(m, data, [&next](double* part, int size) {
+    std::copy_n(next, size, part);
+    next += size;
   });
 }
 

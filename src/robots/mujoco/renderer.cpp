@@ -37,10 +37,10 @@ Value value_of(const Parameters& parameters, const char* name) {
 
 /// Returns the index of the model's camera; -1: the free camera.
 int find_camera(const mjModel& model, const Parameters& camera) {
-  const std::int64_t id = value_of<std::int64_t>(camera, "camera_id");
+  const auto id = value_of<std::int64_t>(camera, "camera_id");
   if (id >= model.ncam) refuse(model, camera, "camera_id");
   if (id >= 0) return static_cast<int>(id);
-  const std::string name = value_of<std::string>(camera, "camera_name");
+  const auto name = value_of<std::string>(camera, "camera_name");
   if (name.empty()) return -1;
   const int found = mj_name2id(&model, mjOBJ_CAMERA, name.c_str());
   if (found < 0 && name != kTrackingCamera) refuse(model, camera, "camera_name");

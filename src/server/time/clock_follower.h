@@ -77,7 +77,7 @@ class ClockFollower {
     const auto seconds = [](std::uint64_t time) {
       return fixed_text(static_cast<double>(time) * 1e-9, 2) + " s";
     };
-    const std::string text = "waits for /clock, which is " + seconds(behind_) + " behind";
+    std::string text = "waits for /clock, which is " + seconds(behind_) + " behind";
     if (clock_ >= newest_) return text;
     return text + "; it was set back by " + seconds(newest_ - clock_) +
            ": start this server again to follow it from there";
