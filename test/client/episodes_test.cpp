@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <thread>
@@ -91,9 +92,13 @@ TEST(SharedEpisode, IsSteppedByRoscppToo) {
       twin.step(call.request.action);
       ASSERT_TRUE(theirs.call(call));
       EXPECT_TRUE(twin.equals(call.response.transition));
+      const std::uint64_t stamp = call.response.transition.header.stamp.toNSec();
       twin.step(call.request.action);
       ours->step(call.request.action.data(), call.request.action.size(), received);
       EXPECT_TRUE(twin.equals(received));
+      EXPECT_EQ(received.action, call.request.action);
+      EXPECT_EQ(static_cast<std::int64_t>(received.stamp - stamp),
+                std::llround(1e9 * twin.environment().specification().dt));
     }
   }
 }

@@ -55,6 +55,11 @@ def test_constant_attributes(env_id, keywords):
                 getattr(ours, name)
 
 
+def test_hardcore_follows_the_keyword():
+    assert make_ours("BipedalWalker-v3", hardcore=True).unwrapped.hardcore is True
+    assert make_ours("BipedalWalker-v3").unwrapped.hardcore is False
+
+
 @pytest.mark.parametrize("env_id", ROBOTS)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_control_cost(env_id, dtype):

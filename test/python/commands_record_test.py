@@ -58,6 +58,14 @@ def test_file_describes_its_origin(record):
     assert str(recorded["engine_version"]).startswith("2.2.2")
 
 
+def test_file_does_not_depend_on_num_envs(record):
+    options = ["Walker2d-v4", "--policy", "random", "--episodes", "20"]
+    one, _ = record(*options, "--num-envs", "1")
+    many, _ = record(*options, "--num-envs", "16", "--num-threads", "3")
+    assert one.keys() == many.keys()
+    assert all(one[name].tobytes() == many[name].tobytes() for name in one)
+
+
 @pytest.mark.parametrize(
     "arguments",
     [

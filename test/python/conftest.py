@@ -57,7 +57,8 @@ def command(capsys):
         ended = Ended(found, *capsys.readouterr())
         assert found in ((0, 1, 2) if status is None else (status,)), ended.err
         if found == 2:
-            assert ended.err.startswith(("walker_sim: ", f"walker_sim {' '.join(words[:1])}: "))
+            name = f"walker_sim {words[0]}: " if len(words) > 1 else "walker_sim"
+            assert ended.err.startswith(name)
             assert ended.err.count("\n") == 1
         return ended
 

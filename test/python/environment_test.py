@@ -74,12 +74,10 @@ def test_spaces_and_metadata(environment_id, parameters):
 
 @PAIRS
 def test_results_have_gymnasiums_types_and_names(environment_id):
-    ours, theirs = make_ours(environment_id), make_theirs(environment_id)
-    first, info = ours.reset(seed=2)
-    assert list(info) == list(theirs.reset(seed=2)[1])
+    ours = make_ours(environment_id)
+    first, first_info = ours.reset(seed=2)
     action = random_actions(environment_id, 1)[0]
     second, *outcome, info = ours.step(action)
-    assert list(info) == list(theirs.step(action)[-1])
     for observation in (first, second):
         assert observation in ours.observation_space
         assert observation.dtype == ours.observation_space.dtype
@@ -87,6 +85,9 @@ def test_results_have_gymnasiums_types_and_names(environment_id):
         assert observation.flags.owndata
     assert [type(value) for value in outcome] == [float, bool, bool]
     assert all(type(value) is float for value in info.values())
+    theirs = make_theirs(environment_id)  # may skip the rest
+    assert list(first_info) == list(theirs.reset(seed=2)[1])
+    assert list(info) == list(theirs.step(action)[-1])
 
 
 def state_after_seed(environment, seed):

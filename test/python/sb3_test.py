@@ -155,6 +155,15 @@ def test_a_learner_makes_the_id():
     assert isinstance(model.get_env().unwrapped.envs[0].unwrapped, walker_sim.WalkerEnv)
 
 
+def test_learning_gives_equal_policies():
+    policies = []
+    for environments in (make_ours("BipedalWalker-v3", 2), make_reference("BipedalWalker-v3", 2)):
+        model = PPO("MlpPolicy", environments, n_steps=128, n_epochs=2, seed=SEED, device="cpu")
+        model.learn(512)
+        policies.append({k: v.numpy() for k, v in model.policy.state_dict().items()})
+    assert_equal(*policies)
+
+
 @pytest.mark.parametrize("env_id", walker_sim.ids())
 def test_check_env_without_a_warning(env_id):
     environment = gymnasium.make(env_id)

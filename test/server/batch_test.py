@@ -1,8 +1,7 @@
 #!/usr/bin/python3
 """Many environments in one server: the shown environment and failures.
 
-batch_bits_test.cpp compares all replies of ~reset_batch and ~step_batch. environments_test.cpp has
-resets that fail.
+batch_bits_test.cpp compares all replies of ~reset_batch and ~step_batch.
 """
 
 import rosgraph_msgs.msg
@@ -23,10 +22,12 @@ FALL = [1.0, 1.0, 1.0, -1.0]  # the walker falls within 60 steps
 STAND = [0.0] * 4
 OBSERVATION = 24
 MODES = ("next_step", "same_step", "disabled")
+ROWS = ("observations", "rewards", "terminated", "truncated", "episodes", "steps", "info")
+FINAL_ROWS = ("final_environments", "final_observations", "final_info")
 
 
-def row(values, index):
-    return list(values[index * OBSERVATION : (index + 1) * OBSERVATION])
+def row(values, index, width=OBSERVATION):
+    return list(values[index * width : (index + 1) * width])
 
 
 class BatchTest(ServerTest):
@@ -284,8 +285,43 @@ class BatchTest(ServerTest):
         self.assertEqual(list(reply.terminated), [1, 1, 1])
         self.assertEqual(self.counter("simulation_errors"), 3)
         self.assertRegex(self.server.output(), "Environment 0: the simulation failed: .*MuJoCo")
+        refused = step(actions=[1.0] * 18)
+        self.assertFalse(refused.success)
+        for name in ROWS + FINAL_ROWS:
+            self.assertEqual(len(getattr(refused, name)), 0, name)
         self.reset([0, 1, 2])
         self.assertTrue(step(actions=[1.0] * 18).success)
+
+    def test_failed_reset_affects_its_own_environment_only(self):
+        cramped = {**self.cramped_walker(), "max_episode_steps": 10}
+        self.serve(**cramped)
+        seeds = range(30)
+        failed = [not self.clients["reset"](has_seed=True, seed=seed).success for seed in seeds]
+        bad = failed.index(True)
+        good = [seed for seed in seeds if not failed[seed]]
+        self.server.stop()
+        self.serve(**cramped, num_envs=3, shown_environment=1)
+        undisturbed = self.play_cramped(good[:3])
+        transitions = self.record("/transition", Transition)
+        disturbed = self.play_cramped([good[0], bad, good[2]])
+        reason = "the simulation failed at its reset: MuJoCo: Stack overflow"
+        self.assertEqual(disturbed[0].status_message, f"environment 1: {reason}")
+        self.assertEqual(row(disturbed[0].observations, 1, 17), [0.0] * 17)
+        for one, other in zip(undisturbed, disturbed):
+            for i in (0, 2):
+                rows = row(one.observations, i, 17), row(other.observations, i, 17)
+                self.assertEqual(*map(bits, rows))
+        first = transitions.wait(lambda m: m.error == "MuJoCo: Stack overflow" and m.step == 0)
+        self.assertTrue(first.terminated)
+        transitions.at(nanoseconds(first) + (len(disturbed) - 1) * 8_000_000)
+        self.assertEqual(disturbed[1].steps[1], 0, "its next step is its next reset")
+
+    def play_cramped(self, seeds):
+        """Returns the replies to a reset and twelve steps, up to the first refusal."""
+        replies = [self.try_reset(seeds=seeds)]
+        while replies[-1].success and len(replies) < 13:
+            replies.append(self.try_step([0.5] * 6))
+        return [reply for reply in replies if reply.success]
 
 
 if __name__ == "__main__":

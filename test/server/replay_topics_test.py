@@ -27,10 +27,14 @@ def replay(*arguments):
     return run_program("replay", *arguments, ROS_MASTER_URI="http://localhost:1")
 
 
+def record_topic(server):
+    return server.name.rpartition("/")[0] + "/episode_record"
+
+
 def is_recorded(server):
     uri = server.master.lookupNode(CALLER, server.name)[2]
     connections = xmlrpc.client.ServerProxy(uri).getBusInfo(CALLER)[2]
-    return any(info[1] == "/recorder" and info[4] == "/episode_record" for info in connections)
+    return any(info[1] == "/recorder" and info[4] == record_topic(server) for info in connections)
 
 
 class ReplayTopicsTest(ServerTest):
@@ -40,10 +44,11 @@ class ReplayTopicsTest(ServerTest):
         self.bag = os.path.join(folder.name, "walk.bag")
         self.draws = random.Random(1)
 
-    def start_recording(self):
-        """Returns once the server has the recorder's subscription."""
-        recorder = self.start_recorder("episode_record")
-        wait_for(lambda: is_recorded(self.server), "the server to be recorded")
+    def start_recording(self, *servers):
+        """Returns once every server has the recorder's subscription."""
+        recorder = self.start_recorder(*map(record_topic, servers))
+        for server in servers:
+            wait_for(lambda server=server: is_recorded(server), f"{server.name} to be recorded")
         return recorder
 
     def start_recorder(self, *topics):
@@ -83,7 +88,7 @@ class ReplayTopicsTest(ServerTest):
                 if identifier.startswith("Walker2d"):
                     parameters["terminate_when_unhealthy"] = False
                 self.serve(**parameters)
-                recorder = self.start_recording()
+                recorder = self.start_recording(self.server)
                 self.ask("reset", has_seed=True, seed=42)
                 self.assertTrue(self.walk(size, 12).truncated)
                 self.ask("reset")
@@ -115,7 +120,7 @@ class ReplayTopicsTest(ServerTest):
         self.serve(env="Walker2d-v5", real_time_factor=2.0, paused=True, seed="3")
         for _ in range(4):
             self.ask("step", action=[0.5] * 6)
-        recorder = self.start_recording()
+        recorder = self.start_recording(self.server)
         heard = self.record("/transition", Transition)
         self.ask("unpause")
         heard.wait(lambda m: m.episode >= 5, "more episodes")
@@ -128,6 +133,25 @@ class ReplayTopicsTest(ServerTest):
         for line in lines:
             self.assertRegex(line[3], " equal$")
         self.assertRegex(text, r"episodes equal to the bit \(\d+ steps\)\n$")
+
+    def test_two_walkers_in_one_bag(self):
+        walkers = {"/one/walker_sim": "BipedalWalker-v3", "/two/w": "Walker2d-v4"}
+        servers = [
+            self.serve(name, env=identifier, mode="lockstep", publish_clock=False)
+            for name, identifier in walkers.items()
+        ]
+        recorder = self.start_recording(*servers)
+        for self.server, size in zip(servers, (4, 6)):
+            for _ in range(2):
+                self.ask("reset")
+                self.walk(size, 6)
+            self.ask("reset")
+        self.stop_recording(recorder)
+        status, text, _ = replay(self.bag)
+        self.assertEqual(status, 0, text)
+        self.assertIn("/one/walker_sim: BipedalWalker-v3 on Box2D", text)
+        self.assertIn("\n/two/w: Walker2d-v4 on MuJoCo", text)
+        self.assertIn("\n4 episodes equal to the bit (", text)
 
     def test_launch_records_every_episode_from_its_first_state(self):
         self.addCleanup(rospy.delete_param, "/use_sim_time")
@@ -175,7 +199,7 @@ class ReplayTopicsTest(ServerTest):
                 self.assert_it_waits()
                 self.stop_recording(other)
                 self.assertEqual(transitions.messages(), [])
-                recorder = self.start_recording()
+                recorder = self.start_recording(self.server)
                 self.server.wait_until_it_serves()
                 if mode == "lockstep":
                     self.ask("reset")
@@ -216,7 +240,7 @@ class ReplayTopicsTest(ServerTest):
 
     def test_the_first_difference_ends_with_status_1(self):
         self.serve(mode="lockstep")
-        recorder = self.start_recording()
+        recorder = self.start_recording(self.server)
         for _ in range(2):
             self.ask("reset", has_seed=True, seed=42)
             self.walk(4, 8)

@@ -105,6 +105,7 @@ class Walker2dTest(TransitionsTest):
     def test_trunk_may_be_called_base_link(self):
         named = self.model_file(('body name="torso"', 'body name="base_link"'))
         self.serve(mode="lockstep", xml_file=named)
+        self.assertIn(named, self.call("get_spec").spec.parameter_values)
         static = self.record("/tf_static", tf2_msgs.msg.TFMessage)
         moving = self.record("/tf", tf2_msgs.msg.TFMessage)
         self.call("reset", has_seed=True, seed=1)

@@ -172,6 +172,7 @@ TEST_F(CompileApartTest, AModelHasNotTooManyElements) {
     return text;
   };
   const std::size_t max = CompileLimits{}.elements;
+  EXPECT_EQ(max, 20000U);
   const std::string begin = "<mujoco><worldbody>";
   const std::string end = "</worldbody></mujoco>";
   const std::string too_many = "has " + std::to_string(max + 1) +

@@ -131,6 +131,7 @@ TEST(KernelGroupTest, AnyNumberOfWorlds) {
 }
 
 TEST(TrialTest, EveryKernelHasBox2dsBits) {
+  ASSERT_FALSE(kernels().empty()) << "no kernel for this processor";
   for (const Kernel* kernel : kernels()) {
     EXPECT_TRUE(has_box2ds_bits(*kernel)) << kernel->instruction_set;
   }
@@ -154,9 +155,18 @@ TEST(TrialTest, RejectsOtherRotations) {
   EXPECT_FALSE(has_box2ds_bits(kernel));
 }
 
-TEST(TrialTest, ChoosesTheWidestKernel) {
-  const KernelVariable variable(nullptr);
-  EXPECT_EQ(choose_kernel().kernel, &original());
+TEST(TrialTest, ChoosesTheWidestKernelThatTheUserAllows) {
+  {
+    const KernelVariable variable(nullptr);
+    EXPECT_EQ(choose_kernel().kernel, &original());
+  }
+  for (const Kernel* kernel : kernels()) {
+    const KernelVariable variable(kernel->instruction_set);
+    EXPECT_EQ(choose_kernel().kernel, kernel);
+  }
+  const KernelVariable variable("off");
+  EXPECT_EQ(choose_kernel().kernel, nullptr);
+  EXPECT_EQ(choose_kernel().fallback_reason, "WALKER_SIM_KERNEL is off");
 }
 
 }  // namespace
