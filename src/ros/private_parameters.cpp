@@ -16,8 +16,8 @@
 namespace walker {
 namespace {
 
-/// Lists hold doubles, which cannot represent every integer from 2^53 on: a seed that is a string
-/// would change silently.
+/// Returns an element of a list. Lists hold doubles, which cannot represent every integer from 2^53
+/// on: a seed given as a string would change silently.
 double element_number(const std::string& name, int index, XmlRpc::XmlRpcValue& element) {
   if (element.getType() == XmlRpc::XmlRpcValue::TypeInt) return static_cast<int>(element);
   if (element.getType() == XmlRpc::XmlRpcValue::TypeDouble) return static_cast<double>(element);

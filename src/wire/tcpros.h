@@ -141,7 +141,7 @@ inline void append_header(const Fields& fields, Bytes& bytes) {
   store_length(bytes.size() - begin - kLengthBytes, &bytes[begin]);
 }
 
-/// Headers of bag records have the same format.
+/// Parses a header. Headers of bag records have the same format.
 /// @param bytes a header of `size` bytes, without its length
 /// @throws std::runtime_error for a field that is too long, not name=value, or a duplicate
 inline Fields parse_header(const std::uint8_t* bytes, std::size_t size) {

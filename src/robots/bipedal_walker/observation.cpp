@@ -102,7 +102,7 @@ class Builder : public ObservationBuilder {
 
 }  // namespace
 
-/// Does not search the world's tree: the ground is sorted from left to right, so the few pieces
+/// This does not search the world's tree: the ground is sorted from left to right, so the few pieces
 /// that rays can hit are known. The nearest hit does not depend on their order.
 void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan) {
   // The rays as vectors: forward, down [m]. Computed by the C library's sine, as in Gymnasium.

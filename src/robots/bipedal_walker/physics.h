@@ -12,6 +12,7 @@
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 #include "robots/bipedal_walker/terrain.h"
+#include "simd/choose_kernel.h"
 
 namespace walker::bipedal_walker {
 
@@ -131,5 +132,15 @@ struct WorldCall {
 /// Advances distinct worlds by one step. Each world gets the same bits as by `Physics::step`.
 /// @param count at most kMaxGroupSize
 void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
+
+/// Whether rotations have the C library's bits, and some hundred steps have Box2D's.
+bool has_box2ds_bits(const Kernel& kernel);
+
+using KernelChoice = simd::KernelChoice<Kernel>;
+
+/// Returns the first of `kernels` that the user allows and that passes `has_box2ds_bits`, if any.
+/// Each kernel is tested once per process.
+/// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
+KernelChoice choose_kernel();
 
 }  // namespace walker::bipedal_walker

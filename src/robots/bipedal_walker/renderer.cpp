@@ -57,8 +57,8 @@ class SideView : public Renderer {
     if (channels.depth) {
       throw std::invalid_argument("depth: BipedalWalker's renderer draws only color");
     }
-    check(captured);
     if (!canvas_) canvas_.emplace(camera_.width, camera_.height, std::max(zoom_, 1.0));
+    check(captured);
     follow(captured.sensors.link_poses[0].position[0]);
     image.width = camera_.width;
     image.height = camera_.height;

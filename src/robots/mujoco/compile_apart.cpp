@@ -214,8 +214,13 @@ double processor_time(pid_t process) {
 struct Pipe {
   std::array<int, 2> ends{-1, -1};
 
+  Pipe() = default;
+  Pipe(const Pipe&) = delete;
+  Pipe& operator=(const Pipe&) = delete;
   ~Pipe() {
-    for (const int end : ends) ::close(end);
+    for (const int end : ends) {
+      if (end >= 0) ::close(end);
+    }
   }
 };
 

@@ -48,7 +48,7 @@ void check_processor() {
 
 /// @throws std::bad_alloc
 std::shared_ptr<mjVFS> virtual_file(const std::string& name, const void* bytes, std::size_t size) {
-  const std::shared_ptr<mjVFS> files(new mjVFS, [](mjVFS* made) {
+  const std::shared_ptr<mjVFS> files(new mjVFS(), [](mjVFS* made) {
     mj_deleteVFS(made);
     delete made;
   });

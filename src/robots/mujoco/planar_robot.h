@@ -19,7 +19,8 @@ namespace walker::mujoco {
 
 /// Options of a planar robot, except those of its reward and termination.
 struct PlanarOptions {
-  /// Its id, parameters, names of infos, reward threshold and time limit; the model gives the rest.
+  /// The robot's id, parameters, info names, reward threshold and time limit; the model gives the
+  /// rest.
   Specification specification;
   PlanarModel model;
   /// Creates the physics; empty: MuJoCo's library.

@@ -189,12 +189,13 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
     if (session->has_work()) longest = std::chrono::nanoseconds::zero();
   }
   // A client that has its answer usually sends its next request soon.
-  const bool may_spin = std::exchange(has_answered_, false) && longest >= spin_.limit();
-  if (may_spin && spin_.poll([this] {
-        constexpr timespec kNow{};
-        return ppoll(polled_.data(), polled_.size(), &kNow, nullptr) > 0;
-      })) {
-    return;
+  if (std::exchange(has_answered_, false) && longest >= spin_.limit()) {
+    const bool is_ready = spin_.poll([this] {
+      constexpr timespec kNow{};
+      return ppoll(polled_.data(), polled_.size(), &kNow, nullptr) > 0;
+    });
+    if (is_ready) return;
+    longest -= Clock::now() - now_;
   }
   constexpr std::int64_t kPerSecond = 1000000000;
   const std::int64_t left = std::max<std::int64_t>(longest.count(), 0);

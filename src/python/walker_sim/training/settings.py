@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import hashlib
 import json
@@ -98,7 +99,7 @@ CHANGEABLE = {"gamma": _number(0, 1), "least_reward": _optional(_number(-math.in
 
 def _setting(default: Any, check: Check) -> Any:
     """Returns a dataclass field with this default, whose values from a file are checked."""
-    return field(default_factory=lambda: default, metadata={"check": check})
+    return field(default_factory=lambda: copy.copy(default), metadata={"check": check})
 
 
 @dataclass(frozen=True)

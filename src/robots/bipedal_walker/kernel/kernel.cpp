@@ -11,7 +11,6 @@
 #include "base/bits.h"
 #include "base/random.h"
 #include "robots/bipedal_walker/physics.h"
-#include "simd/choose_kernel.h"
 
 namespace walker::bipedal_walker {
 namespace {

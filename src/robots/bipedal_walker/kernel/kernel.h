@@ -8,8 +8,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "simd/choose_kernel.h"
-
 namespace walker::bipedal_walker {
 
 constexpr int kBodies = 5;        ///< lower leg, upper leg, hull, other upper leg, other lower leg
@@ -134,15 +132,5 @@ extern const Kernel kernel_sse2, kernel_avx2, kernel_avx512, kernel_neon;
 
 /// Returns the kernels that this processor can run, the one with the most lanes first.
 std::vector<const Kernel*> kernels();
-
-/// Whether rotations have the C library's bits, and some hundred steps have Box2D's.
-bool has_box2ds_bits(const Kernel& kernel);
-
-using KernelChoice = simd::KernelChoice<Kernel>;
-
-/// Returns the first of `kernels` that the user allows and that passes `has_box2ds_bits`, if any.
-/// Each kernel is tested once per process.
-/// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
-KernelChoice choose_kernel();
 
 }  // namespace walker::bipedal_walker

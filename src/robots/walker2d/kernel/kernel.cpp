@@ -43,6 +43,16 @@ static_assert(all_of(pair_geom2, [](int geom, int i) { return geom == i + 1; }))
 static_assert(all_of(pair_dim, [](int size, int /*i*/) { return size == 3; }));
 static_assert(all_of(pair_margin, kIsZero) && all_of(pair_gap, kIsZero));
 
+static_assert([] {
+  double mass[nbody] = {};
+  for (int body = nbody - 1; body >= 0; --body) {
+    mass[body] += body_mass[body];
+    if (body > 0) mass[body_parentid[body]] += mass[body];
+    if (mass[body] != body_subtreemass[body]) return false;
+  }
+  return true;
+}());
+
 // Motors: one per limb's hinge, in their order; mjTRN_JOINT, mjDYN_NONE, mjGAIN_FIXED, mjBIAS_NONE.
 static_assert(all_of(actuator_trntype, kIsZero) && all_of(actuator_dyntype, kIsZero) &&
               all_of(actuator_gaintype, kIsZero) && all_of(actuator_biastype, kIsZero));

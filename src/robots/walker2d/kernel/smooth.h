@@ -126,7 +126,8 @@ WALKER_SIM_INLINE inline void capsules(const Poses<V>& poses, Smooth<V>& out) {
 }
 
 /// mj_comPos: inertias and axes of motion, about the robot's centre of mass. MuJoCo sums the
-/// subtrees' masses in another order than body_subtreemass, with the same results for this model.
+/// subtrees' masses from the last body to the first; kernel.cpp asserts that body_subtreemass is
+/// that sum.
 template <typename V>
 WALKER_SIM_INLINE inline void about_centre_of_mass(const Poses<V>& poses, V (*cinert)[10],
                                                    V (*cdof)[6], Smooth<V>& out) {
