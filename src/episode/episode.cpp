@@ -63,9 +63,13 @@ void Episode::configure(const EpisodeOptions& options) {
 }
 
 void Episode::reset(std::optional<std::uint64_t> seed) {
+  take_seed(seed);
+  begin_episode(seed);
+}
+
+void Episode::take_seed(std::optional<std::uint64_t>& seed) {
   if (!seed && !state_.has_begun()) seed = options_.first_seed;
   if (seed) generator_.emplace(*seed);
-  begin_episode(seed);
 }
 
 void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed) {
@@ -74,6 +78,17 @@ void Episode::begin(const GeneratorState& generator_state, std::optional<std::ui
 }
 
 void Episode::begin_episode(std::optional<std::uint64_t> seed) {
+  if (!prepare_reset(seed)) return;
+  try {
+    robot_->reset(*generator_, state_.info.data());
+  } catch (...) {
+    step_.failure = std::current_exception();
+  }
+  conclude_reset();
+}
+
+/// @return whether there is a generator; if not, the reset has failed and is concluded
+bool Episode::prepare_reset(std::optional<std::uint64_t> seed) {
   ++state_.episode;
   state_.step = 0;
   state_.action.clear();
@@ -88,16 +103,26 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed) {
   checksums_.clear();
   was_loaded_ = false;
   sensors_are_fresh_ = false;
+  state_.generator_state = {};
   try {
     if (!generator_) generator_.emplace(draw_seed());
-    state_.generator_state = generator_->state();
-    robot_->reset(*generator_, state_.info.data());
-    robot_->observe(state_.observation.data());
   } catch (...) {
+    step_.failure = std::current_exception();
+    conclude_reset();
+    return false;
+  }
+  state_.generator_state = generator_->state();
+  return true;
+}
+
+void Episode::conclude_reset() {
+  step_.generator = nullptr;
+  if (step_.failure) {
     // The outcome must not depend on the episode before.
     std::fill(state_.observation.begin(), state_.observation.end(), 0);
-    if (!generator_) state_.generator_state = {};
-    fail(kResetFailed, std::current_exception());
+    fail(kResetFailed, std::exchange(step_.failure, nullptr));
+  } else {
+    robot_->observe(state_.observation.data());
   }
   if (options_.records_actions) record_checksum();
 }
@@ -132,12 +157,29 @@ std::size_t Episode::group_size() const {
 void Episode::step_group(const GroupStep* steps, std::size_t count) noexcept {
   if (count == 0) return;
   std::array<RobotStep*, kMaxGroupSize> robot_steps;
-  for (std::size_t i = 0; i < count; ++i) {
-    steps[i].episode->prepare(steps[i].action);
-    robot_steps[i] = &steps[i].episode->step_;
+  std::array<Episode*, kMaxGroupSize> episodes;
+  std::size_t num_robots = 0;
+  for (const GroupStep* step = steps; step != steps + count; ++step) {
+    Episode& episode = *step->episode;
+    if (step->action != nullptr) {
+      episode.prepare(step->action);
+    } else {
+      std::optional<std::uint64_t> seed = step->seed;
+      episode.take_seed(seed);
+      if (!episode.prepare_reset(seed)) continue;
+      episode.step_.generator = &*episode.generator_;
+    }
+    robot_steps[num_robots] = &episode.step_;
+    episodes[num_robots++] = &episode;
   }
-  steps[0].episode->robot_->step_group(robot_steps.data(), count);
-  for (std::size_t i = 0; i < count; ++i) steps[i].episode->conclude();
+  if (num_robots != 0) steps[0].episode->robot_->step_group(robot_steps.data(), num_robots);
+  for (std::size_t i = 0; i < num_robots; ++i) {
+    if (episodes[i]->step_.generator != nullptr) {
+      episodes[i]->conclude_reset();
+    } else {
+      episodes[i]->conclude();
+    }
+  }
 }
 
 void Episode::prepare(const double* action) {

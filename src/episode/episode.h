@@ -127,10 +127,11 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// One member of `step_group`. The caller has checked the action and that a step is allowed.
   struct GroupStep {
     Episode* episode;
-    const double* action;
+    const double* action;                     ///< null: a reset
+    std::optional<std::uint64_t> seed = {};  ///< of the reset
   };
 
-  /// Steps several episodes, each as `step` does, but without checks.
+  /// Steps or resets several episodes, each as `step` or `reset` does, but without checks.
   /// @param steps at most kMaxGroupSize distinct episodes that are pairwise `can_step_together`
   static void step_group(const GroupStep* steps, std::size_t count) noexcept;
 
@@ -186,7 +187,10 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   std::optional<bool> is_healthy() const override;
 
  private:
+  void take_seed(std::optional<std::uint64_t>& seed);
   void begin_episode(std::optional<std::uint64_t> seed);
+  bool prepare_reset(std::optional<std::uint64_t> seed);
+  void conclude_reset();
   void prepare(const double* action);
   void conclude();
   void take_outcome();

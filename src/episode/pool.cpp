@@ -145,26 +145,23 @@ struct Pool::Implementation {
 
   /// Steps environments together, or resets those whose reset is due, and writes their rows.
   void work(const std::uint32_t* indices, std::size_t count) {
-    std::array<Episode::GroupStep, kMaxGroupSize> steps{};
-    std::array<Slot*, kMaxGroupSize> stepped;
-    std::size_t num_steps = 0;
+    std::array<Episode::GroupStep, kMaxGroupSize> steps;
     for (std::size_t i = 0; i < count; ++i) {
       Slot& slot = slots[indices[i]];
-      if (slot.is_reset_by_step()) {
-        slot.wants_reset = false;
-        slot.episode->reset(std::exchange(slot.seed, std::nullopt));
-        keep_final(slot);
-        continue;
+      steps[i] = {slot.episode.get(), nullptr, std::exchange(slot.seed, std::nullopt)};
+      if (!slot.is_reset_by_step()) steps[i].action = actions + indices[i] * action_size;
+      slot.wants_reset = false;
+    }
+    Episode::step_group(steps.data(), count);
+    std::size_t num_resets = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      Slot& slot = slots[indices[i]];
+      keep_final(slot);
+      if (slot.has_final && steps[i].action != nullptr) {
+        steps[num_resets++] = {slot.episode.get(), nullptr, {}};
       }
-      slot.has_final = false;
-      steps[num_steps] = {slot.episode.get(), actions + indices[i] * action_size};
-      stepped[num_steps++] = &slot;
     }
-    Episode::step_group(steps.data(), num_steps);
-    for (std::size_t i = 0; i < num_steps; ++i) {
-      keep_final(*stepped[i]);
-      if (stepped[i]->has_final) stepped[i]->episode->reset(std::nullopt);
-    }
+    Episode::step_group(steps.data(), num_resets);
     if (batch == nullptr) return;
     std::for_each(indices, indices + count,
                   [this](std::uint32_t i) { write(slots[i], *batch, i); });

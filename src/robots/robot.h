@@ -19,10 +19,11 @@ namespace walker {
 
 class Robot;
 
-/// Arguments and results of one robot's step.
+/// Arguments and results of one robot's step, or of its reset.
 struct RobotStep {
   Robot* robot = nullptr;
-  const double* action = nullptr;  ///< `action_size()` finite values [unitless]
+  Generator* generator = nullptr;  ///< of a reset, whose results are info and failure; null: a step
+  const double* action = nullptr;  ///< of a step: `action_size()` finite values [unitless]
   double* info = nullptr;          ///< receives one value per info name; NaN: absent
   double reward = 0;
   bool terminated = false;
@@ -50,13 +51,19 @@ class WALKER_SIM_EXPORT Robot {
   /// @throws std::exception with the engine's message
   virtual void step(RobotStep& step) = 0;
 
-  /// Steps several robots of this type. Each result equals that of `step` to the bit. Robot types
-  /// that step many worlds together faster than one after the other override this.
+  /// Steps or resets several robots of this type. Each result equals that of `step` or `reset` to
+  /// the bit. Robot types that step many worlds together faster than one after the other override
+  /// this.
   /// @param steps at most kMaxGroupSize, of distinct robots, without a failure
   virtual void step_group(RobotStep* const* steps, std::size_t count) noexcept {
     for (RobotStep* const* each = steps; each != steps + count; ++each) {
       try {
-        (*each)->robot->step(**each);
+        RobotStep& step = **each;
+        if (step.generator != nullptr) {
+          step.robot->reset(*step.generator, step.info);
+        } else {
+          step.robot->step(step);
+        }
       } catch (...) {
         (*each)->failure = std::current_exception();
       }

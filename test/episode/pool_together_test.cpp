@@ -58,11 +58,11 @@ TEST_F(TogetherTest, StepsInGroupsOfItsSize) {
   EXPECT_EQ(arrays_->rewards, (Values{1001, 1005, 1009, 1013, 1017, 1021, 1025}));
 }
 
-TEST_F(TogetherTest, LeavesOutResetEnvironments) {
+TEST_F(TogetherTest, ResetsEnvironmentsInTheirGroup) {
   fakes_[1].length = 1;
   step();
   step();
-  EXPECT_EQ(counts_, (std::vector<std::size_t>{2, 3, 1}));
+  EXPECT_EQ(counts_, (std::vector<std::size_t>{3, 3, 1}));
   EXPECT_EQ(arrays_->rewards[1], 0);
   EXPECT_EQ(arrays_->episodes[1], 2U);
 }

@@ -11,6 +11,9 @@
 namespace walker::bipedal_walker {
 namespace {
 
+/// Gymnasium's reset ends with a step of this action and discards its reward and flags.
+constexpr std::array<double, kJointCount> kNoTorque{};
+
 /// Computes the arm in the body's frame. Box2D's own function subtracts two world positions, which
 /// is inaccurate in single precision far from the origin.
 b2Vec2 velocity_of_origin(const b2Body& body) {
@@ -51,23 +54,26 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
 }
 
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
+  build_world(generator);
+  RobotStep discarded;
+  discarded.action = kNoTorque.data();
+  step(discarded);
+}
+
+void BipedalWalker::build_world(Generator& generator) {
   if (physics_ && reuses_world_ && !world_is_broken_) {
     physics_->destroy();
   } else {
     physics_.emplace();
-    world_is_broken_ = false;
   }
+  world_is_broken_ = true;  // until it is complete
   // Draws in Gymnasium's order: terrain, clouds, push.
   terrain_origin_ = generator.state();
   terrain_ = generate_terrain(generator, is_hardcore_);
   clouds_ = generate_clouds(generator);
   physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
+  world_is_broken_ = false;
   shaping_.reset();
-  // Gymnasium's reset ends with a step without torque and discards its reward and flags.
-  const std::array<double, kJointCount> no_torque{};
-  RobotStep discarded;
-  discarded.action = no_torque.data();
-  step(discarded);
 }
 
 void BipedalWalker::step(RobotStep& step) {
@@ -94,6 +100,15 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
     if (walker.kernel_ != kernel_) {
       Robot::step_group(step, 1);
       continue;
+    }
+    if ((*step)->generator != nullptr) {
+      try {
+        walker.build_world(*(*step)->generator);
+      } catch (...) {
+        (*step)->failure = std::current_exception();
+        continue;
+      }
+      (*step)->action = kNoTorque.data();
     }
     walker.begin_step((*step)->action);
     calls[num_calls].physics = &*walker.physics_;

@@ -40,6 +40,7 @@ class BipedalWalker : public Robot {
   friend class BrokenWorldTest;  // simulates a failed assertion
 
   bool has_world() const { return physics_ && !world_is_broken_; }
+  void build_world(Generator& generator);
   void begin_step(const double* action);
   void finish_step(RobotStep& step);
   std::exception_ptr break_world();

@@ -168,18 +168,26 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
     return static_cast<PlanarRobot&>(*step.robot);
   };
   std::array<PhysicsCall, kMaxGroupSize> calls;
-  for (std::size_t i = 0; i < count; ++i) {
-    PlanarRobot& robot = robot_of(*steps[i]);
+  std::array<RobotStep*, kMaxGroupSize> members;
+  std::size_t num_calls = 0;
+  for (RobotStep* const* step = steps; step != steps + count; ++step) {
+    if ((*step)->generator != nullptr) {
+      Robot::step_group(step, 1);
+      continue;
+    }
+    PlanarRobot& robot = robot_of(**step);
     robot.remember_state();
-    calls[i].physics = robot.physics_.get();
-    calls[i].control = steps[i]->action;
+    calls[num_calls].physics = robot.physics_.get();
+    calls[num_calls].control = (*step)->action;
+    members[num_calls++] = *step;
   }
-  physics_->step_together(calls.data(), count, options_.frame_skip);
-  for (std::size_t i = 0; i < count; ++i) {
+  if (num_calls != 0) physics_->step_together(calls.data(), num_calls, options_.frame_skip);
+  for (std::size_t i = 0; i < num_calls; ++i) {
+    RobotStep& step = *members[i];
     if (calls[i].failure) {
-      steps[i]->failure = calls[i].failure;
+      step.failure = calls[i].failure;
     } else {
-      robot_of(*steps[i]).finish_step(*steps[i]);
+      robot_of(step).finish_step(step);
     }
   }
 }

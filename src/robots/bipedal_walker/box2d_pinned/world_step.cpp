@@ -7,8 +7,8 @@
 // and their contacts with static terrain; no sensors, no bullets, no damping, no restitution. Box2D
 // collects the island along the chain, so that joints are in its order and contacts are sorted by
 // body. A contact affects only its own body, so the order of the bodies does not matter. Box2D
-// itself solves what the kernel does not support: a world's first step, sleeping bodies, too many
-// contacts, and non-finite results.
+// itself solves what the kernel does not support: sleeping bodies, too many contacts, and non-finite
+// results.
 //
 // Compiled with -fno-access-control: a step's pieces are private to Box2D's classes.
 //
@@ -115,7 +115,9 @@ class WorldStep {
  private:
   /// @return whether the kernel supports the island
   bool read_island() {
-    if (dt_ratio_of(*parts_.world, *model_) != model_->dt_ratio) return false;
+    // In a world's first step the ratio is 0, as are the impulses that it scales.
+    const float dt_ratio = dt_ratio_of(*parts_.world, *model_);
+    if (dt_ratio != model_->dt_ratio && dt_ratio != 0) return false;
     unsigned counts = 0;  // numbers of contacts, one digit per body
     num_contacts_ = 0;
     num_pairs_ = 0;
