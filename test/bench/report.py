@@ -26,8 +26,8 @@ TABLES = {
 }
 
 BIPEDAL, HARDCORE, WALKER2D = "BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4"
-TWO_THREADS, ONE_CORE = {"num_envs": 64, "threads": 2}, {"placement": "1 core"}
-LOCKSTEP = "lock-step over ROS, our client, against Gymnasium in process, one core each"
+TWO_THREADS, TWO_CORES = {"num_envs": 64, "threads": 2}, {"placement": "2 cores"}
+LOCKSTEP = "lock-step over ROS on two cores, {}, {}, against Gymnasium in process"
 # README's ratios: text, and section, environment, side and attributes of the row.
 SUMMARY = (
     ("one core, 64 BipedalWalkers, against EnvPool", "core", BIPEDAL, "pool, 64", {}),
@@ -38,8 +38,11 @@ SUMMARY = (
         (f"two threads, 64 {name}s, against EnvPool", "pool", env, "walker_sim", TWO_THREADS)
         for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))
     ),
-    (LOCKSTEP, "lockstep", BIPEDAL, "our client", ONE_CORE),
-    ("the same with Walker2d", "lockstep", WALKER2D, "our client", ONE_CORE),
+    *(
+        (LOCKSTEP.format(name, side), "lockstep", env, side, TWO_CORES)
+        for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))
+        for side in ("our client", "gymnasium.make")
+    ),
     (
         "gymnasium.make, BipedalWalker, against Gymnasium's own",
         "python",
