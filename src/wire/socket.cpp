@@ -16,6 +16,7 @@
 
 #include "base/posix.h"
 #include "walker_sim/client.h"
+#include "wire/local_address.h"
 
 namespace walker {
 namespace {
@@ -64,13 +65,48 @@ int connect_to(const addrinfo& address, const Deadline& deadline) {
       if (outcome != 0) fail(outcome);
     }
     const int yes = 1;
-    if (setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) fail(errno);
+    if (address.ai_family != AF_UNIX &&
+        setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes)) != 0) {
+      fail(errno);
+    }
     wait_in_receive(descriptor);
   } catch (...) {
     close(descriptor);
     throw;
   }
   return descriptor;
+}
+
+bool is_loopback(const sockaddr& address) {
+  if (address.sa_family == AF_INET6) {
+    return IN6_IS_ADDR_LOOPBACK(&reinterpret_cast<const sockaddr_in6&>(address).sin6_addr);
+  }
+  constexpr in_addr_t kNetwork = 127U << 24U;
+  return address.sa_family == AF_INET &&
+         (ntohl(reinterpret_cast<const sockaddr_in&>(address).sin_addr.s_addr) & 0xFF000000U) ==
+             kNetwork;
+}
+
+/// Connects to the local socket beside a port of this machine. A server of another user is not
+/// trusted, because any user can take the name of a port that has none.
+/// @return a connected file descriptor; -1: there is no such socket @throws Interrupted
+int connect_locally(const addrinfo& address, std::uint16_t port, const Deadline& deadline) {
+  if (!is_loopback(*address.ai_addr)) return -1;
+  LocalAddress local(port);
+  addrinfo wanted{};
+  wanted.ai_family = AF_UNIX;
+  wanted.ai_addr = local.get();
+  wanted.ai_addrlen = local.size();
+  try {
+    const int descriptor = connect_to(wanted, deadline);
+    ucred peer{};
+    socklen_t size = sizeof(peer);
+    const bool is_known = getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+    if (is_known && (peer.uid == geteuid() || peer.uid == 0)) return descriptor;
+    close(descriptor);
+  } catch (const SocketError&) {  // NOLINT(bugprone-empty-catch)  // TCP remains
+  }
+  return -1;
 }
 
 }  // namespace
@@ -99,7 +135,8 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& dead
   std::string error;
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     try {
-      descriptor_ = connect_to(*address, deadline);
+      descriptor_ = connect_locally(*address, port, deadline);
+      if (descriptor_ < 0) descriptor_ = connect_to(*address, deadline);
       return;
     } catch (const SocketError& unreachable) {
       error = unreachable.what();

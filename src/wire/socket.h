@@ -47,7 +47,8 @@ struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A connected TCP socket without Nagle's delay and SIGPIPE. After EINTR a method continues, unless
+/// A connected TCP socket without Nagle's delay and SIGPIPE, or the local socket that a server on
+/// this machine offers beside its port. After EINTR a method continues, unless
 /// the signal ends the call.
 class Socket {
  public:

@@ -16,6 +16,7 @@
 #include "client/scripted_server.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
+#include "wire/local_address.h"
 
 namespace walker {
 namespace {
@@ -58,6 +59,39 @@ void receive_one(Socket& socket, const Deadline& deadline) {
 }
 
 void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
+
+/// Listens on the local socket beside a port, and returns what the next client sends.
+class LocalListener {
+ public:
+  explicit LocalListener(std::uint16_t port) {
+    LocalAddress address(port);
+    bind(descriptor_, address.get(), address.size());
+    listen(descriptor_, 1);
+  }
+  LocalListener(const LocalListener&) = delete;
+  LocalListener& operator=(const LocalListener&) = delete;
+  ~LocalListener() { close(descriptor_); }
+
+  char receive_from_client() const {
+    const int client = accept(descriptor_, nullptr, nullptr);
+    char byte = 0;
+    EXPECT_EQ(recv(client, &byte, 1, 0), 1);
+    close(client);
+    return byte;
+  }
+
+ private:
+  int descriptor_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+};
+
+TEST(Socket, PrefersTheLocalSocketOnLoopback) {
+  const ScriptedServer server({});
+  const LocalListener local(server.port());
+  const Deadline deadline(std::chrono::steady_clock::now() + kHang);
+  Socket socket("localhost", server.port(), deadline);
+  socket.send_all("x", 1, deadline);
+  EXPECT_EQ(local.receive_from_client(), 'x');
+}
 
 /// Otherwise the server would receive what the process prints.
 TEST(Socket, AvoidsClosedStandardDescriptors) {

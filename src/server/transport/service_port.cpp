@@ -21,6 +21,7 @@
 #include <ros/xmlrpc_manager.h>
 
 #include "base/posix.h"
+#include "wire/local_address.h"
 
 namespace walker {
 namespace {
@@ -47,10 +48,20 @@ std::uint16_t listen_anywhere(int descriptor) {
   return ntohs(is_ipv6 ? ipv6.sin6_port : ipv4.sin_port);
 }
 
-int make_socket() {
-  const int family = ros::TransportTCP::s_use_ipv6_ ? AF_INET6 : AF_INET;
+int make_socket(int family) {
   return checked(socket(family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0),
                  "service port: socket");
+}
+
+/// @return a socket that listens beside the port; negative if another process has its name
+int listen_locally(std::uint16_t port) {
+  LocalAddress address(port);
+  const int descriptor = make_socket(AF_UNIX);
+  if (bind(descriptor, address.get(), address.size()) == 0 && listen(descriptor, SOMAXCONN) == 0) {
+    return descriptor;
+  }
+  close(descriptor);
+  return -1;
 }
 
 /// Upper bound of the sessions: half of the file descriptors is left for topics and the rest.
@@ -97,10 +108,11 @@ ServiceSession::Outcome advance(ServiceSession& session, short happened, bool& h
 
 ServicePort::ServicePort(std::chrono::microseconds spin)
     : max_sessions_(max_sessions()), spin_(spin) {
-  listener_ = make_socket();
+  listener_ = make_socket(ros::TransportTCP::s_use_ipv6_ ? AF_INET6 : AF_INET);
   try {
     const std::uint16_t port = listen_anywhere(listener_);
     uri_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
+    local_listener_ = listen_locally(port);
   } catch (...) {
     close(listener_);
     throw;
@@ -112,6 +124,7 @@ ServicePort::~ServicePort() {
     if (!call_master_api("unregisterService", name, uri_)) break;  // the master is gone
   }
   close(listener_);
+  if (local_listener_ >= 0) close(local_listener_);
 }
 
 void ServicePort::add(const std::string& name, OfferedService service) {
@@ -125,17 +138,18 @@ void ServicePort::add(const std::string& name, OfferedService service) {
 
 bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   wait(other, longest);
-  if (polled_[2].revents != 0) answer_is_given_->clear();  // before the sessions check them
+  if (polled_[3].revents != 0) answer_is_given_->clear();  // before the sessions check them
   serve_sessions();
   if (std::exchange(is_any_over_, false)) {
     sessions_.erase(std::remove(sessions_.begin(), sessions_.end(), nullptr), sessions_.end());
   }
-  if (polled_[0].revents != 0) accept_clients();
-  return polled_[1].revents != 0;
+  if (polled_[0].revents != 0) accept_clients(listener_);
+  if (polled_[1].revents != 0) accept_clients(local_listener_);
+  return polled_[2].revents != 0;
 }
 
 void ServicePort::serve_sessions() {
-  constexpr std::size_t kFirstSession = 3;
+  constexpr std::size_t kFirstSession = 4;
   for (std::size_t i = 0; i < sessions_.size(); ++i) {
     if (!sessions_[i]) continue;  // make_room has removed it
     const short happened = polled_[kFirstSession + i].revents;
@@ -182,6 +196,7 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   const bool accepts = now_ >= accepts_from_;
   polled_.clear();
   polled_.push_back({accepts ? listener_ : -1, POLLIN, 0});
+  polled_.push_back({accepts ? local_listener_ : -1, POLLIN, 0});
   polled_.push_back({other, POLLIN, 0});
   polled_.push_back({answer_is_given_->get(), POLLIN, 0});
   for (const std::unique_ptr<ServiceSession>& session : sessions_) {
@@ -215,10 +230,10 @@ void ServicePort::turn_away(int descriptor) {
   close(descriptor);
 }
 
-void ServicePort::accept_clients() {
+void ServicePort::accept_clients(int listener) {
   constexpr int kMaxAtOnce = 64;  // connected clients do not wait for a burst of new ones
   for (int i = 0; i < kMaxAtOnce; ++i) {
-    const int descriptor = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    const int descriptor = accept4(listener, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (descriptor < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
       // Out of descriptors or memory: the listener stays readable, and polling it would spin.

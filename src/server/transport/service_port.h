@@ -105,10 +105,11 @@ class ServicePort {
   void serve_sessions();
   void make_room();
   void remove(std::unique_ptr<ServiceSession>& session);
-  void accept_clients();
+  void accept_clients(int listener);
   void turn_away(int descriptor);
 
   int listener_;
+  int local_listener_;  // for our clients on this machine; negative: its name is taken
   std::string uri_;
   std::size_t max_sessions_;
   SharedBySessions shared_;
@@ -118,7 +119,7 @@ class ServicePort {
   bool has_answered_ = false;  // in the last `serve`
   SpinWait<> spin_;
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
-  std::vector<pollfd> polled_;      // listener, `other`, answers, and the sessions in order
+  std::vector<pollfd> polled_;      // listeners, `other`, answers, sessions in order
   Clock::time_point now_;           // time of the last poll
   Clock::time_point accepts_from_;  // no accept before: the last one failed
 };
