@@ -127,7 +127,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// One member of `step_group`. The caller has checked the action and that a step is allowed.
   struct GroupStep {
     Episode* episode;
-    const double* action;                     ///< null: a reset
+    const double* action;                    ///< null: a reset
     std::optional<std::uint64_t> seed = {};  ///< of the reset
   };
 

@@ -27,7 +27,8 @@ def lockstep(settings):
         for env in (WALKER, WALKER2D):
             options = {"mode": "lockstep", "env": env}
             server = master.server(namespace=f"/{env[:8]}", **options)
-            blocking = master.server(namespace=f"/{env[:8]}_blocking", spin_us=0, **options)
+            options.update(publish_clock="false", spin_us=0)
+            blocking = master.server(namespace=f"/{env[:8]}_blocking", **options)
             for cores in cores_of:
                 for _, process in (server, blocking, null):
                     place(process, cores)

@@ -7,8 +7,8 @@
 // and their contacts with static terrain; no sensors, no bullets, no damping, no restitution. Box2D
 // collects the island along the chain, so that joints are in its order and contacts are sorted by
 // body. A contact affects only its own body, so the order of the bodies does not matter. Box2D
-// itself solves what the kernel does not support: sleeping bodies, too many contacts, and non-finite
-// results.
+// itself solves what the kernel does not support: sleeping bodies, too many contacts, and
+// non-finite results.
 //
 // Compiled with -fno-access-control: a step's pieces are private to Box2D's classes.
 //
