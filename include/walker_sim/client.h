@@ -49,8 +49,9 @@ struct ClientOptions {
   /// Empty: /walker_sim_client_ followed by the process id.
   std::string caller;
   /// Longest time that a call polls for its answer before it blocks, in [0, 1000] [us]; 0: none.
-  /// A call polls only while recent answers came within that time.
-  std::int64_t spin_us = 50;
+  /// A call polls only while recent answers came within that time; a step of a BipedalWalker takes
+  /// up to 60 us.
+  std::int64_t spin_us = 100;
 };
 
 /// Transition.msg; its comments give the units.

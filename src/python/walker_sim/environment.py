@@ -97,7 +97,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
-        spin_us: int = 50,
+        spin_us: int = 100,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
         **parameters: Any,

@@ -94,7 +94,7 @@ def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
         "server": ("/walker_sim",),
         "master_uri": ("",),
         "timeout": (10.0,),
-        "spin_us": (50,),
+        "spin_us": (100,),
     }
     for name, value in others.items():
         if value not in defaults.get(name, (None,)):
