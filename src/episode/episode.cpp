@@ -79,11 +79,8 @@ void Episode::begin(const GeneratorState& generator_state, std::optional<std::ui
 
 void Episode::begin_episode(std::optional<std::uint64_t> seed) {
   if (!prepare_reset(seed)) return;
-  try {
-    robot_->reset(*generator_, state_.info.data());
-  } catch (...) {
-    step_.failure = std::current_exception();
-  }
+  RobotStep* const reset = &step_;
+  robot_->step_group(&reset, 1);
   conclude_reset();
 }
 
@@ -112,6 +109,7 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed) {
     return false;
   }
   state_.generator_state = generator_->state();
+  step_.generator = &*generator_;
   return true;
 }
 
@@ -167,7 +165,6 @@ void Episode::step_group(const GroupStep* steps, std::size_t count) noexcept {
       std::optional<std::uint64_t> seed = step->seed;
       episode.take_seed(seed);
       if (!episode.prepare_reset(seed)) continue;
-      episode.step_.generator = &*episode.generator_;
     }
     robot_steps[num_robots] = &episode.step_;
     episodes[num_robots++] = &episode;
