@@ -61,10 +61,10 @@ endfunction()
 
 file(GLOB_RECURSE suites CONFIGURE_DEPENDS
   RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test test/*_test.py)
-list(FILTER suites EXCLUDE REGEX "^(examples|launch|nodes|scripts)/")
+list(FILTER suites EXCLUDE REGEX "^(agents|examples|launch|nodes|scripts|server)/")
 foreach(suite ${suites})
   string(REGEX REPLACE "\\.py$" "" path ${suite})
-  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test OR path IN_LIST other_suites
+  if(path IN_LIST other_suites
     OR (NOT WALKER_SIM_PYTHON AND path MATCHES "^python/")
     OR (WALKER_SIM_INSTRUMENT AND NOT path MATCHES "^python/")) # others repeat code, or inspect files
     continue()

@@ -1,5 +1,6 @@
-# Unit tests of the server, tests of launch files and scripts, and rostests: test/NAME.test starts a
-# master and runs test/NAME.py or the gtest test/NAME.cpp. Included by tests.cmake.
+# Unit tests of the server, tests of launch files and scripts, and rostests: test/NAME.test, or
+# test/ros_test.launch without one, starts a master and runs test/NAME.py or the gtest test/NAME.cpp.
+# Included by tests.cmake.
 
 # ---------------------------------------------------------------- units
 walker_sim_add_unit_tests(server
@@ -22,7 +23,6 @@ endforeach()
 set(short_rostests
   agents/robot_test
   client/episodes_test
-  server/batch_bits_test
   server/free_test
   server/gazebo_test
   server/lockstep_test
@@ -35,26 +35,27 @@ set(timed_rostests
   server/pace_test
   server/ten_walkers_test)
 
-# walker_sim_add_rostest(PATH): adds two tests of test/PATH.test. NAME runs against the devel space, with
-# label devel, and if it is short also short; install_NAME against stages.cmake's install space, with
+# walker_sim_add_rostest(PATH): adds two tests of test/PATH.py or .cpp. NAME runs against the devel space,
+# with label devel, and if it is short also short; install_NAME against stages.cmake's install space, with
 # label long. ./scripts/test --all leaves out the label devel, because install_NAME tests the same.
 function(walker_sim_add_rostest path)
   string(REPLACE "/" "_" name ${path})
   set(test _ctest_${PROJECT_NAME}_rostest_test_${name}.test)
-  add_rostest(test/${path}.test DEPENDENCIES walker_sim_nodes)
+  set(launch_file test/${path}.test)
+  set(arguments "")
+  if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${launch_file})
+    set(test _ctest_${PROJECT_NAME}_rostest_ros_test__path_${name}.launch)
+    set(launch_file test/ros_test.launch)
+    set(arguments path:=${path})
+  endif()
+  add_rostest(${launch_file} ARGS ${arguments} DEPENDENCIES walker_sim_nodes)
   set(label devel)
   if(path IN_LIST short_rostests)
     set(label "short;devel")
   endif()
-  set(program ros_tests)
-  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py)
-    # A link in the devel space: in the source tree, roslaunch might find another build's copy.
-    set(program "")
-    get_filename_component(script ${path}.py NAME)
-    file(MAKE_DIRECTORY ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
-    file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py
-      ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION}/${script} SYMBOLIC)
-  else()
+  set(program "") # tests in Python need none
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.cpp)
+    set(program ros_tests)
     file(STRINGS test/${path}.cpp own_main REGEX "^int main")
     if(own_main)
       set(program ${name})
@@ -67,7 +68,7 @@ function(walker_sim_add_rostest path)
   set(tests ${test})
   if(NOT WALKER_SIM_INSTRUMENT) # instrumented builds are not installed
     add_test(NAME install_${name} COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/stage.sh installed rostest
-      ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.test)
+      ${CMAKE_CURRENT_SOURCE_DIR}/${launch_file} ${arguments})
     walker_sim_label(install_${name} long ${program})
     set_tests_properties(install_${name} PROPERTIES FIXTURES_REQUIRED install_space)
     list(APPEND tests install_${name})
@@ -88,10 +89,16 @@ function(walker_sim_add_ros_program name)
   walker_sim_compile_as(walker_sim_agents ${name})
 endfunction()
 
-# Gtests without a main of their own are linked into one program.
+# Gtests without a main of their own are linked into one program. roslaunch finds the tests in Python by
+# a link in the devel space: in the source tree, it might find another build's copy.
 walker_sim_add_ros_program(ros_tests test/ros_test_main.cpp)
-file(GLOB_RECURSE paths CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test test/*.test)
+set(programs ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_BIN_DESTINATION})
+file(MAKE_DIRECTORY ${programs})
+file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR}/test/ros_test_main.py ${programs}/ros_test_main.py SYMBOLIC)
+file(GLOB_RECURSE files CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR}/test
+  test/*.test test/agents/*_test.py test/server/*_test.py)
+list(TRANSFORM files REPLACE "\\.(py|test)$" "" OUTPUT_VARIABLE paths)
+list(REMOVE_DUPLICATES paths)
 foreach(path ${paths})
-  string(REGEX REPLACE "\\.test$" "" path ${path})
   walker_sim_add_rostest(${path})
 endforeach()

@@ -49,13 +49,13 @@ pytest=(-m pytest -q -p no:cacheprovider)
 # Each run has its own ROS_HOME, so that runs in parallel do not share rostest's result files. rostest's
 # --text would report no failure.
 run_installed() {
-  local kind=$1 file=$2 command
+  local kind=$1 last=${*: -1} command
   if [ "$kind" = rostest ]; then
-    command=(rostest --pkgdir="$root" --package=walker_sim "$file")
+    command=(rostest --pkgdir="$root" --package=walker_sim "${@:2}")
   else
-    command=("$venv/bin/python" "${pytest[@]}" --noconftest "$file")
+    command=("$venv/bin/python" "${pytest[@]}" --noconftest "$2")
   fi
-  ros_home=$build/.install_ros_home/$(basename "${file%.*}")
+  ros_home=$build/.install_ros_home/$(basename "${last%.*}")
   in_space "$workspace/install/setup.bash" "${command[@]}"
 }
 
@@ -209,7 +209,7 @@ run_torchrl_example() {
 check_system
 case $1 in
   workspace) make_workspace ;;                  # builds and installs an ordinary workspace with catkin_make
-  installed) run_installed "${@:2}" ;;          # rostest|pytest FILE: runs FILE in the install space alone
+  installed) run_installed "${@:2}" ;;          # rostest|pytest FILE [ARG]: runs it in the install space alone
   my_walker_pkg) run_my_walker_pkg ;;           # builds, tests and installs examples/my_walker_pkg on top of it
   wheel) build_wheel "$2" ;;                    # PYTHON: builds the wheel with pip
   wheel_suite) run_wheel_suite "${@:2}" ;;      # PYTHON oldest|newest: runs its suite in a clean environment

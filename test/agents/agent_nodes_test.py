@@ -1,19 +1,13 @@
-#!/usr/bin/python3
 """Agent processes: invalid parameters, a server that starts late or ends, prompt shutdown."""
 
 import os
 import signal
-import sys
 import tempfile
 import time
 
 import rosgraph
 import rospkg
 import rospy
-import rostest
-
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "server"))
-
 from bare_ros import wait_for
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
@@ -247,8 +241,3 @@ class AgentNodesTest(ServerTest):
         agent = self.start_agent("service_agent")
         self.assertEqual(agent.wait(), 1)
         self.assertIn("lockstep", agent.output())
-
-
-if __name__ == "__main__":
-    rospy.init_node("agent_nodes_test")
-    rostest.rosrun("walker_sim", "agent_nodes_test", AgentNodesTest, sys.argv)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Camera topics and ~render: when pictures are drawn, and their contents.
 
 pictures_test.cpp has concurrent clients and the stamps of image, info and tf.
@@ -13,7 +12,7 @@ import rosgraph_msgs.msg
 from bare_ros import wait_for
 from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import CameraInfo, Image
-from server_harness import DT, ServerTest, bits, nanoseconds, run_tests
+from server_harness import DT, ServerTest, bits, nanoseconds
 from tf2_msgs.msg import TFMessage
 
 ACTIONS = {  # BipedalWalker stands astride for thousands of steps
@@ -322,7 +321,3 @@ class CameraTest(ServerTest):
                 episodes.append([bits([*state.observation, state.reward]) for state in states])
                 self.server.stop()
             self.assertEqual(*episodes)
-
-
-if __name__ == "__main__":
-    run_tests(CameraTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Starting nodes: arguments, closed standard descriptors, an unreachable master."""
 
 import itertools
@@ -10,7 +9,7 @@ import unittest
 
 from bare_ros import TIMEOUT, free_port, wait_for, wait_for_service
 from catkin.find_in_workspaces import find_in_workspaces
-from server_harness import Process, node_path, registered_uri, run_program, run_tests
+from server_harness import Process, node_path, registered_uri, run_program
 
 NODES = ["server", "service_agent", "topic_agent", "status_line"]
 PROGRAMS = ["describe", "replay"]
@@ -144,7 +143,3 @@ class CommandLineTest(unittest.TestCase):
 
 def uri_is_missed(process):
     return "Failed to contact master" in process.output()
-
-
-if __name__ == "__main__":
-    run_tests(CommandLineTest, is_node=False)

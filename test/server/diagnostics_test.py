@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """/diagnostics: keys, levels, messages and episode statistics."""
 
 import math
@@ -9,7 +8,7 @@ import time
 import rospy
 from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from server_harness import ServerTest, run_tests
+from server_harness import ServerTest
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Transition
 
@@ -323,7 +322,3 @@ class DiagnosticsTest(ServerTest):
         count = len(self.diagnostics.messages())
         self.assertLessEqual(count, (time.monotonic() - begin) / 0.2 + 2)
         self.assertGreater(count, 2)
-
-
-if __name__ == "__main__":
-    run_tests(DiagnosticsTest)

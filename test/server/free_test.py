@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """A free-running server: resets, pausing, the same bits at any pace, and effort commands."""
 
 import re
@@ -14,7 +13,6 @@ from server_harness import (
     bits,
     memory,
     nanoseconds,
-    run_tests,
     same_experience,
 )
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
@@ -334,7 +332,3 @@ class FreeTest(TransitionsTest):
         self.transitions.wait(lambda m: bits(m.action) == wanted, "the command as given")
         self.assertGreater(self.counter("clamped"), 0)
         self.assertEqual(self.counter("refused"), 0)
-
-
-if __name__ == "__main__":
-    run_tests(FreeTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """A client of Gazebo's services, which gazebo_test.test remaps to the server's."""
 
 import math
@@ -8,7 +7,7 @@ import rospy
 from bare_ros import wait_for
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
 from sensor_msgs.msg import JointState
-from server_harness import DT, TransitionsTest, nanoseconds, run_tests, same_experience
+from server_harness import DT, TransitionsTest, nanoseconds, same_experience
 from std_srvs.srv import Empty
 
 QUIET = 0.6  # wall seconds in which 30 steps would pass
@@ -216,7 +215,3 @@ class GazeboTest(TransitionsTest):
             self.state_at_rest()
             self.transitions.clear()
             self.empty("unpause_physics")
-
-
-if __name__ == "__main__":
-    run_tests(GazeboTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Invalid input to every service and subscribed topic of the server.
 
 The server refuses it with a message that names it, or accepts it as documented. The next valid call
@@ -21,7 +20,6 @@ from server_harness import (
     ServerTest,
     bits,
     nanoseconds,
-    run_tests,
     same_experience,
 )
 from std_msgs.msg import Float64MultiArray
@@ -516,7 +514,3 @@ def command(efforts):
     buffer = io.BytesIO()
     Float64MultiArray(data=efforts).serialize(buffer)
     return buffer.getvalue()
-
-
-if __name__ == "__main__":
-    run_tests(HostileTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Listening addresses of the nodes: loopback only if ROS_HOSTNAME or ROS_IP is loopback."""
 
 import contextlib
@@ -8,7 +7,7 @@ import socket
 import struct
 
 from bare_ros import wait_for, wait_for_service
-from server_harness import Process, ServerTest, run_tests
+from server_harness import Process, ServerTest
 
 LISTEN = "0A"  # the state in /proc/net/tcp
 LAST = "/server_here/set_physics_properties"  # the last service that is registered
@@ -85,7 +84,3 @@ class ListeningTest(ServerTest):
         self.assertIn(
             "every address of this machine, as 192.0.2.1 (ROS_IP = 192.0.2.1)", server.output()
         )
-
-
-if __name__ == "__main__":
-    run_tests(ListeningTest, is_node=False)

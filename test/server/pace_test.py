@@ -1,11 +1,10 @@
-#!/usr/bin/python3
 """The pace of a free-running server: real-time factor, missed deadlines, floods of calls."""
 
 import time
 
 import rospy
 from bare_ros import wait_for
-from server_harness import DT, TransitionsTest, nanoseconds, run_tests
+from server_harness import DT, TransitionsTest, nanoseconds
 
 ZERO = [0.0] * 4
 
@@ -152,7 +151,3 @@ class PaceTest(TransitionsTest):
         self.assertGreater(measured, 10)
         reply = self.call("step", action=ZERO)  # services still answer
         self.assertFalse(reply.success)
-
-
-if __name__ == "__main__":
-    run_tests(PaceTest)

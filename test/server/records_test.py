@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """~snapshot and ~restore: an episode continues bitwise equal, also on another server."""
 
 import copy
@@ -6,7 +5,7 @@ import random
 import signal
 import time
 
-from server_harness import ServerTest, bits, nanoseconds, run_tests, same_experience
+from server_harness import ServerTest, bits, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
 
@@ -321,7 +320,3 @@ class RecordsTest(ServerTest):
         published = records.wait()
         self.assertEqual((published.episode.episode, published.episode.length), (1, 1))
         self.assertEqual((published.actions, published.checksums), ((), ()))
-
-
-if __name__ == "__main__":
-    run_tests(RecordsTest, disable_rostime=True)

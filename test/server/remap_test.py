@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Effort commands on the topic of a JointGroupEffortController, by remapping."""
 
 import threading
@@ -8,7 +7,7 @@ import rosgraph
 import rospy
 from bare_ros import CALLER, wait_for
 from sensor_msgs.msg import JointState
-from server_harness import Recorder, bits, run_tests
+from server_harness import Recorder, bits
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
@@ -73,7 +72,3 @@ class RemapTest(unittest.TestCase):
             stop.set()
             thread.join()
             publisher.unregister()
-
-
-if __name__ == "__main__":
-    run_tests(RemapTest)

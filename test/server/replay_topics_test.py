@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """The program replay on bags that `rosbag record` has written of real servers."""
 
 import os
@@ -16,7 +15,7 @@ import rospy
 from bare_ros import CALLER, TIMEOUT, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from launched import Launched
-from server_harness import ServerTest, run_program, run_tests
+from server_harness import ServerTest, run_program
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
@@ -167,7 +166,7 @@ class ReplayTopicsTest(ServerTest):
             *("recording:=" + self.bag, "rviz:=false", "status:=true"),
         )
         self.addCleanup(launched.stop)
-        heard = self.record("/transition", Transition, connections=0)
+        heard = self.record("/transition", Transition, waits=False)
 
         def has_walked():
             self.assertTrue(launched.is_running(), launched.output())
@@ -281,7 +280,3 @@ class ReplayTopicsTest(ServerTest):
         status, text, _ = replay(self.bag)
         self.assertEqual(status, 1)
         self.assertIn("No episode in the bag", text)
-
-
-if __name__ == "__main__":
-    run_tests(ReplayTopicsTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """A killed or hanging master, subscribers that never read, and shutdown by signals."""
 
 import itertools
@@ -10,7 +9,7 @@ import time
 import rosgraph
 from bare_ros import BareSubscriber, OwnMaster, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from server_harness import DT, Process, ServerTest, nanoseconds, run_tests
+from server_harness import DT, Process, ServerTest, nanoseconds
 from walker_sim.msg import Transition
 
 STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
@@ -185,7 +184,3 @@ def handles_signal(pid, number):
     with open(f"/proc/{pid}/status", encoding="ascii") as file:
         caught = next(line for line in file if line.startswith("SigCgt"))
     return bool(int(caught.split()[1], 16) >> (number - 1) & 1)
-
-
-if __name__ == "__main__":
-    run_tests(RobustnessTest, is_node=False)

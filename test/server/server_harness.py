@@ -10,7 +10,6 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -18,8 +17,8 @@ import unittest
 import xmlrpc.client
 from urllib.parse import urlparse
 
+import rosgraph
 import rospy
-import rostest
 from bare_ros import CALLER, TIMEOUT, BareClient, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
@@ -98,6 +97,11 @@ def builtin_model():
     path = find_in_workspaces(["share"], "walker_sim", "assets/walker2d_v5.xml")[0]
     with open(path, encoding="utf-8") as file:
         return file.read()
+
+
+def publishers_of(topic):
+    """Names of the nodes that are registered as publishers of the topic."""
+    return dict(rosgraph.Master(CALLER).getSystemState()[0]).get(topic, [])
 
 
 def registered_uri(name, pid):
@@ -237,33 +241,30 @@ class Bytes(Float64MultiArray):
 
 
 class Recorder:
-    def __init__(self, topic, message_class, connections=1):
+    def __init__(self, topic, message_class, waits=True):
+        """@param waits: whether to wait for the publishers that the master knows, at least one"""
         self.topic = topic
         self._changed = threading.Condition()
         self._messages = []
         self._subscriber = rospy.Subscriber(
             topic, message_class, self._record, queue_size=None, tcp_nodelay=True
         )
-        if connections:
-            wait_for(
-                lambda: self._connections_known_to_publishers() >= connections,
-                f"a publisher of {topic}",
-            )
+        if waits:
+            wait_for(self._is_heard_by_all, f"the publishers of {topic}")
 
-    def _connections_known_to_publishers(self):
-        """Connections that the publishers report as well, which they may do slightly later."""
-        known = 0
-        for connection in list(self._subscriber.impl.connections):
-            if connection.socket is None:
-                continue
-            port = connection.socket.getsockname()[1]
+    def _is_heard_by_all(self):
+        """Whether all publishers report the connection, which they may do later than rospy."""
+        links = list(self._subscriber.impl.connections)
+        ports = {one.endpoint_id: one.socket.getsockname()[1] for one in links if one.socket}
+        reports = []
+        for node in publishers_of(self.topic):
+            uri = rospy.get_master().lookupNode(node)[2]
             try:
-                publisher = xmlrpc.client.ServerProxy(connection.endpoint_id)
-                infos = publisher.getBusInfo(rospy.get_name())[2]
-            except OSError:
+                infos = xmlrpc.client.ServerProxy(uri).getBusInfo(CALLER)[2]
+            except OSError:  # a killed node remains registered
                 continue
-            known += any(f":{port} on socket" in info[-1] for info in infos)
-        return known
+            reports.append(any(f":{ports.get(uri)} on socket" in info[-1] for info in infos))
+        return reports and all(reports)
 
     def _record(self, message):
         with self._changed:
@@ -363,8 +364,8 @@ class ServerTest(unittest.TestCase):
         self.addCleanup(client.close)
         return client
 
-    def record(self, topic, kind, connections=1):
-        recorder = Recorder(topic, kind, connections)
+    def record(self, topic, kind, waits=True):
+        recorder = Recorder(topic, kind, waits)
         self.addCleanup(recorder.close)
         return recorder
 
@@ -436,14 +437,3 @@ class TransitionsTest(ServerTest):
 
 def diagnostic_values(message, word):
     return [pair.value for status in message.status for pair in status.values if word in pair.key]
-
-
-def run_tests(test, is_node=True, **options):
-    """Runs a class of tests as rostest expects it, in a node unless the tests need none.
-
-    @param options: of rospy.init_node
-    """
-    name = os.path.splitext(os.path.basename(sys.argv[0]))[0]
-    if is_node:
-        rospy.init_node(name, **options)
-    rostest.rosrun("walker_sim", name, test, sys.argv)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """The service port: valid and invalid TCPROS."""
 
 import itertools
@@ -6,14 +5,12 @@ import resource
 import socket
 import struct
 import subprocess
-import sys
 import threading
 import time
 
 import rosgraph
 import rospy
 import rosservice
-import rostest
 from bare_ros import (
     CALLER,
     TIMEOUT,
@@ -523,8 +520,3 @@ class ServicePortTest(ServerTest):
         self.assertEqual(self.server.stop(), 0)
         services = [name for name, _ in rosgraph.Master(CALLER).getSystemState()[2]]
         self.assertEqual([name for name in services if name.startswith("/own/")], [])
-
-
-if __name__ == "__main__":
-    rospy.init_node("service_port_test")
-    rostest.rosrun("walker_sim", "service_port_test", ServicePortTest, sys.argv)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Invalid XML-RPC calls, and roscpp's own services: a node answers each and survives."""
 
 import socket
@@ -9,7 +8,7 @@ import rosservice
 from bare_ros import CALLER, BareSubscriber, header_bytes, wait_for, wait_for_service
 from roscpp.srv import GetLoggers, SetLoggerLevel
 from rosgraph_msgs.msg import Log
-from server_harness import BareClient, Process, registered_uri, run_tests, urlparse
+from server_harness import BareClient, Process, registered_uri, urlparse
 
 NODES = {
     "server": ["_mode:=lockstep"],
@@ -183,7 +182,3 @@ class SlaveApiTest(unittest.TestCase):
             level(logger="ros", level="loud")
         self.assert_runs(process, "names")
         self.assertEqual(process.stop(), 0, process.output())
-
-
-if __name__ == "__main__":
-    run_tests(SlaveApiTest, is_node=False)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Parameters at the start: refusals with their messages, and accepted values."""
 
 import os
@@ -9,7 +8,7 @@ from xmlrpc.client import Binary
 
 import rospy
 from bare_ros import wait_for
-from server_harness import Process, ServerTest, builtin_model, node_path, run_tests, write_model
+from server_harness import Process, ServerTest, builtin_model, node_path, write_model
 
 WALKER2D = {"env": "Walker2d-v5"}
 # Refused parameters, and words of the message. config_template_test.cpp has all ranges, and
@@ -175,7 +174,3 @@ class StartTest(ServerTest):
     def test_parameters_of_other_nodes_are_ignored(self):
         rospy.set_param("/taken_too/unknown", 1)
         self.specification()
-
-
-if __name__ == "__main__":
-    run_tests(StartTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Several walkers of both engines on one master and one /clock: launch/ten_walkers.launch."""
 
 import os
@@ -12,7 +11,7 @@ import rospy
 from bare_ros import CALLER, TIMEOUT, wait_for
 from launched import Launched
 from rosgraph_msgs.msg import Clock
-from server_harness import ServerTest, nanoseconds, run_tests
+from server_harness import ServerTest, nanoseconds, publishers_of
 from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
 from walker_sim.srv import GetSpec
@@ -105,8 +104,7 @@ class TenWalkersTest(ServerTest):
         specs = {w: rospy.ServiceProxy(f"{node(w)}/get_spec", GetSpec)().spec for w in WALKERS}
         self.assertEqual({spec.engine for spec in specs.values()}, {"Box2D", "MuJoCo"})
         self.assertEqual(len({spec.id for spec in specs.values()}), 6)
-        publishers, _, _ = rosgraph.Master(CALLER).getSystemState()
-        self.assertEqual(dict(publishers)["/clock"], [node(OWNER)])
+        self.assertEqual(publishers_of("/clock"), [node(OWNER)])
         for walker, recorder in self.transitions.items():
             recorder.wait(lambda m: any(m.action), f"an action of {walker}'s agent")
 
@@ -156,7 +154,3 @@ class TenWalkersTest(ServerTest):
         for walker in FOLLOWERS:
             self.assertEqual(pid_of(node(walker)), pids[walker], f"{walker} has ended")
         self.assert_time_only_grows()
-
-
-if __name__ == "__main__":
-    run_tests(TenWalkersTest)

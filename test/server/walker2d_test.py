@@ -1,4 +1,3 @@
-#!/usr/bin/python3
 """Walker2d on a server: commands, custom models, failing simulations."""
 
 import math
@@ -12,7 +11,7 @@ import tf2_msgs.msg
 import visualization_msgs.msg
 from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray
-from server_harness import TransitionsTest, bits, nanoseconds, run_tests, same_experience
+from server_harness import TransitionsTest, bits, nanoseconds, same_experience
 from walker_sim.msg import Contacts, Episode, Transition
 
 JOINTS = ["thigh_joint", "leg_joint", "foot_joint"]
@@ -254,7 +253,3 @@ class Walker2dTest(TransitionsTest):
         self.transitions.wait(lambda m: m.step > 0, "the episode")
         begun = next(m for m in self.transitions.messages() if m.episode == 2)
         self.assertTrue(same_experience(begun, first))
-
-
-if __name__ == "__main__":
-    run_tests(Walker2dTest)
