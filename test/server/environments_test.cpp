@@ -68,11 +68,12 @@ struct BatchServer {
     return all;
   }
 
-  void reset(const std::vector<std::uint32_t>& listed = {}) {
+  walker_sim::ResetBatch::Response reset(const std::vector<std::uint32_t>& listed = {}) {
     walker_sim::ResetBatch::Request request;
     walker_sim::ResetBatch::Response response;
     request.environments = listed;
     calls.reset(request, response);
+    return response;
   }
 
   ServerOptions options;
@@ -141,6 +142,10 @@ TEST_P(AnyBatch, StepsTheShownEnvironmentLikeOneAlone) {
     server.calls.step(actions, server.reply);
     expect_same();
     server.calls.reset_ended(server.reply);
+    for (std::uint32_t j = 0; j < 4; ++j) {
+      EXPECT_EQ(server.reply.episodes[j], server.pool.episode(j).state().episode);
+      EXPECT_EQ(server.reply.steps[j], server.pool.episode(j).state().step);
+    }
     if (mode == AutoresetMode::same_step && alone.state().has_ended() &&
         !alone.state().failed_at_reset()) {
       alone.reset(std::nullopt);
@@ -162,6 +167,16 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"FailingNextStep", "Walker2d-v5", AutoresetMode::next_step, true},
         Case{"FailingSameStep", "Walker2d-v5", AutoresetMode::same_step, true}),
     [](const testing::TestParamInfo<Case>& instance) { return instance.param.name; });
+
+TEST(BatchCalls, ReturnTheRowsOfAResetAsListed) {
+  BatchServer server("BipedalWalker-v3", AutoresetMode::next_step);
+  server.reset();
+  const std::vector<double> rows = server.reset({3, 1}).observations;
+  std::vector<double> expected = server.pool.episode(3).state().observation;
+  const std::vector<double>& second = server.pool.episode(1).state().observation;
+  expected.insert(expected.end(), second.begin(), second.end());
+  EXPECT_EQ(to_bits(rows), to_bits(expected));
+}
 
 TEST(BatchCalls, CountStepsResetsAndEpisodes) {
   BatchServer server("BipedalWalker-v3", AutoresetMode::next_step);
