@@ -27,6 +27,7 @@ from walker_sim.srv import GetSpec, Reset, Step
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "server"))
 import bare_ros
+from launched import start_screen
 
 TIMEOUT = 60.0  # [s]; only a failing test waits that long
 wait_for = functools.partial(bare_ros.wait_for, timeout=TIMEOUT)
@@ -45,16 +46,7 @@ RVIZ_TOPICS = ("/tf", "/tf_static", "/scene_markers", "/state_markers")
 
 class Screen:
     def __init__(self, processes, width, height):
-        read, write = os.pipe()
-        # -displayfd: the server chooses a free display and writes its number.
-        command = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24"]
-        processes.start([*command, "-nolisten", "tcp"], pass_fds=[write])
-        os.close(write)
-        with os.fdopen(read) as pipe:
-            number = pipe.readline().strip()
-        if not number:
-            raise AssertionError("Xvfb has not started; its package is xvfb")
-        self.display = f":{number}"
+        self.display = start_screen(processes.start, f"{width}x{height}")
         self._environment = {**os.environ, "DISPLAY": self.display}
 
     def grab(self, box=None):

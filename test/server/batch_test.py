@@ -1,25 +1,23 @@
-#!/usr/bin/python3
 """Many environments in one server: the shown environment and failures.
 
-batch_bits_test.cpp compares all replies of ~reset_batch and ~step_batch.
+test/python/bits_ros_test.py compares all replies of ~reset_batch and ~step_batch.
 """
 
 import rosgraph_msgs.msg
-import std_msgs.msg
-import visualization_msgs.msg
 from server_harness import (
+    FALL,
+    MARKERS,
     STATE_TOPICS,
+    STATE_VALUES,
     ServerTest,
     bits,
     first_stamp,
     nanoseconds,
-    run_tests,
     same_experience,
 )
 from walker_sim.msg import Episode, EpisodeRecord, Transition
 
-FALL = [1.0, 1.0, 1.0, -1.0]  # the walker falls within 60 steps
-STAND = [0.0] * 4
+ZERO = [0.0] * 4
 OBSERVATION = 24
 MODES = ("next_step", "same_step", "disabled")
 ROWS = ("observations", "rewards", "terminated", "truncated", "episodes", "steps", "info")
@@ -104,8 +102,8 @@ class BatchTest(ServerTest):
 
     def test_paused_server_steps(self):
         self.serve(mode="free", paused=True)
-        first = self.step(STAND)
-        self.assertEqual(self.step(STAND).steps[0], first.steps[0] + 1)
+        first = self.step(ZERO)
+        self.assertEqual(self.step(ZERO).steps[0], first.steps[0] + 1)
         self.assertEqual(self.reset(seeds=[5]).observations, self.reset([0], [5]).observations)
 
     # ------------------------------------------------------------ time and topics
@@ -116,11 +114,11 @@ class BatchTest(ServerTest):
         transitions = self.record("/transition", Transition)
         self.reset(seeds=[1, 2, 3])
         begin = nanoseconds(transitions.wait())
-        self.step(STAND)
+        self.step(ZERO)
         clock.at(begin + self.dt)
         self.reset([0, 2])  # not the shown environment
         clock.at(begin + 2 * self.dt)
-        self.step(STAND)
+        self.step(ZERO)
         clock.at(begin + 3 * self.dt)
         self.reset([1])
         clock.at(begin + 4 * self.dt)
@@ -139,11 +137,9 @@ class BatchTest(ServerTest):
 
     def compare_topics(self, mode):
         recorders = {topic: self.record(topic, kind) for topic, kind in STATE_TOPICS.items()}
-        rewards = self.record("/reward", std_msgs.msg.Float64)
-        observations = self.record("/observation", std_msgs.msg.Float64MultiArray)
+        rewards, observations = (self.record(*topic) for topic in STATE_VALUES.items())
+        scenes, texts = (self.record(*topic) for topic in MARKERS.items())
         episodes = self.record("/episode", Episode)
-        scenes = self.record("/scene_markers", visualization_msgs.msg.MarkerArray)
-        texts = self.record("/state_markers", visualization_msgs.msg.MarkerArray)
         published, total = [], 0.0
         for calls, states in enumerate(self.play_shown(mode), start=1):
             for step, observation, reward, ended in states:
@@ -185,7 +181,7 @@ class BatchTest(ServerTest):
         yield [(0, row(begun.observations, 1), 0.0, False)]
         falls, step = 0, 0
         while falls < 2:
-            reply = self.step(STAND, FALL, STAND)
+            reply = self.step(ZERO, FALL, ZERO)
             new = (reply.steps[1], row(reply.observations, 1), reply.rewards[1])
             falls += reply.terminated[1]
             if reply.terminated[1] and mode == "same_step":
@@ -223,9 +219,9 @@ class BatchTest(ServerTest):
         transitions = self.record("/transition", Transition)
         records = self.record("/episode_record", EpisodeRecord)
         self.reset(seeds=[1, 2, 3])
-        self.step_until_the_end_of(2, STAND, STAND, FALL)
+        self.step_until_the_end_of(2, ZERO, ZERO, FALL)
         for _ in range(5):
-            last = self.step(STAND, STAND, FALL)
+            last = self.step(ZERO, ZERO, FALL)
         self.reset(environments=[0])
         self.assertFalse(self.try_reset(environments=[2, 2]).success)
         self.reset(environments=[2])
@@ -322,7 +318,3 @@ class BatchTest(ServerTest):
         while replies[-1].success and len(replies) < 13:
             replies.append(self.try_step([0.5] * 6))
         return [reply for reply in replies if reply.success]
-
-
-if __name__ == "__main__":
-    run_tests(BatchTest)

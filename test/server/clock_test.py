@@ -12,15 +12,14 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from bare_ros import CALLER, TIMEOUT, BareSubscriber, OwnMaster, wait_for
+from bare_ros import CALLER, TIMEOUT, OwnMaster, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rosgraph_msgs.msg import Clock
-from server_harness import DT, ServerTest, nanoseconds, publishers_of
+from server_harness import DT, STAND, ServerTest, nanoseconds, publishers_of
 from walker_sim.msg import Transition
 
 SECOND = 10**9
 RESERVED = "/walker_sim_clock/reserved_until"
-STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
 
 # A node that starts before there is any simulation time. Its callbacks call the server while
 # another thread sleeps in simulation time. It prints which of them have finished.
@@ -143,11 +142,10 @@ class ClockTest(ServerTest):
             publisher.unregister()
 
     def test_new_subscribers_never_see_time_run_backwards(self):
-        server = self.serve(real_time_factor=0.0)
-        uri = rosgraph.Master(CALLER).lookupNode(server.name)
+        self.serve(real_time_factor=0.0)
         last = 0
         for _ in range(100):
-            subscriber = BareSubscriber(uri, "/clock", Clock)
+            subscriber = self.subscribe("/clock", Clock)
             stamps = [subscriber.next().clock.to_nsec() for _ in range(30)]
             subscriber.close()
             self.assertGreater(stamps[0], 0)

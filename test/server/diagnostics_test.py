@@ -153,6 +153,7 @@ class DiagnosticsTest(ServerTest):
         none = self.report("commands")
         self.assertEqual((none.level, none.values["effort_command"]), (OK, "none: zero torque"))
         command = self.commander()
+        self.assertNotIn("No effort command", self.server.output())
         for count in (1, 2):  # the next command ends the warning
             self.diagnostics.clear()
             command.publish(data=[0.0] * 4)
@@ -163,6 +164,8 @@ class DiagnosticsTest(ServerTest):
             self.assertEqual(late.level, WARN)
             self.assertIn("no effort command for 0.3 s: zero torque", late.message)
             self.assertEqual(late.values["command_timeouts"], str(count))
+        log = r"WARN.*No effort command for 0\.3 s: zero torque"
+        self.assertRegex(self.server.output(), log)
         self.call("reset", has_seed=True, seed=1)
         none = self.report("commands", lambda r: r.level == OK, "the end of the warning")
         self.assertEqual(none.values["effort_command"], "none: zero torque")

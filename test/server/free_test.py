@@ -6,15 +6,7 @@ import time
 
 import rosgraph_msgs.msg
 from bare_ros import wait_for
-from server_harness import (
-    DT,
-    Bytes,
-    TransitionsTest,
-    bits,
-    memory,
-    nanoseconds,
-    same_experience,
-)
+from server_harness import DT, Bytes, TransitionsTest, bits, memory, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Episode
 
@@ -238,17 +230,6 @@ class FreeTest(TransitionsTest):
             self.assertTrue(all(any(m.action) for m in after if m.episode == first.episode))
             self.assertEqual(self.counter("timeouts"), 0)
             self.server.stop()
-
-    def test_timeout_is_logged_and_counted(self):
-        self.serve(command_timeout=0.2, real_time_factor=0.5)
-        self.drive(STAND)
-        self.assertNotIn("No effort command", self.server.output())
-        last = self.driven()[-1]
-        self.transitions.wait(
-            lambda m: nanoseconds(m) > nanoseconds(last) and list(m.action) == ZERO, "zero torque"
-        )
-        self.assertEqual(self.counter("timeouts"), 1)
-        self.assertRegex(self.server.output(), r"WARN.*No effort command for 0\.2 s: zero torque")
 
     def test_reset_and_autoreset_clear_the_held_command(self):
         self.serve(command_timeout=0.0, real_time_factor=2.0, max_episode_steps=60)

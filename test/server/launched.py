@@ -1,4 +1,4 @@
-"""Child processes with captured output; roslaunch, which SIGINT ends like Ctrl-C."""
+"""Child processes with captured output: roslaunch, which SIGINT ends like Ctrl-C, and others."""
 
 import contextlib
 import os
@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 
 from bare_ros import TIMEOUT, wait_for
+
+EXIT_TIMEOUT = 15  # [s] for a node to exit after a signal
 
 
 def stat_fields(pid):
@@ -35,8 +37,11 @@ def processor_time(pid):
 
 
 class LoggedProcess:
-    def __init__(self, command, **environment):
-        """@param environment: added to the inherited one, which loses its ROS_NAMESPACE"""
+    def __init__(self, command, options=None, **environment):
+        """
+        @param options: more arguments of Popen
+        @param environment: added to the inherited one, which loses its ROS_NAMESPACE
+        """
         inherited = {key: value for key, value in os.environ.items() if key != "ROS_NAMESPACE"}
         self._output = tempfile.NamedTemporaryFile(prefix="walker_sim_test_", suffix=".log")
         self._process = subprocess.Popen(
@@ -45,6 +50,7 @@ class LoggedProcess:
             stdin=subprocess.DEVNULL,
             stdout=self._output.file,
             stderr=subprocess.STDOUT,
+            **(options or {}),
         )
 
     @property
@@ -71,6 +77,25 @@ class LoggedProcess:
         finally:
             self._process.send_signal(signal.SIGCONT)
 
+    def kill(self):
+        if self.is_running():
+            self._process.kill()
+        self._process.wait()
+
+    def end(self, by=signal.SIGTERM, timeout=EXIT_TIMEOUT):
+        """Signals the process, even a halted one, and returns its exit status.
+
+        After the timeout, kills it and returns None.
+        """
+        if self.is_running():
+            self._process.send_signal(signal.SIGCONT)
+            self._process.send_signal(by)
+        try:
+            return self._process.wait(timeout)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            return None
+
 
 class Launched(LoggedProcess):
     """roslaunch of a launch file of this package."""
@@ -86,10 +111,22 @@ class Launched(LoggedProcess):
         return list(children_of(self._process.pid))
 
     def stop(self):
-        """Returns the exit status. After the timeout, kills it and raises TimeoutExpired."""
-        if self.is_running():
-            self._process.send_signal(signal.SIGINT)
-        try:
-            return self._process.wait(TIMEOUT)
-        finally:
-            self._process.kill()
+        """Returns the exit status. After the timeout, kills it and returns None."""
+        return self.end(signal.SIGINT, TIMEOUT)
+
+
+def start_screen(start, size):
+    """Starts an X server with a virtual screen. Returns the name of its display.
+
+    @param start: function of a command and Popen's pass_fds
+    """
+    read, write = os.pipe()
+    # -displayfd: the server chooses a free display and writes its number.
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{size}x24", "-nolisten", "tcp"]
+    start(command, pass_fds=[write])
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        number = pipe.readline().strip()
+    if not number:
+        raise AssertionError("Xvfb has not started; its package is xvfb")
+    return f":{number}"

@@ -14,24 +14,23 @@ import rosgraph
 import rospy
 import rosservice
 import sensor_msgs.msg
-import std_msgs.msg
 import tf2_msgs.msg
-import visualization_msgs.msg
 from bare_ros import CALLER, BareSubscriber, wait_for
 from diagnostic_msgs.msg import DiagnosticArray
 from rosgraph_msgs.msg import Clock
 from server_harness import (
     DT,
+    FALL,
+    MARKERS,
     SERVICES,
     STATE_TOPICS,
+    STATE_VALUES,
     ServerTest,
     bits,
-    diagnostic_values,
     first_stamp,
     nanoseconds,
     same_experience,
 )
-from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
 from walker_sim.msg import EnvironmentSpec, Episode, Transition
 
@@ -44,14 +43,11 @@ SERVICE_TYPES = {
     "set_physics_properties": "gazebo_msgs/SetPhysicsProperties",
 }
 LATCHED = {"/spec": EnvironmentSpec, "/episode": Episode, "/tf_static": tf2_msgs.msg.TFMessage}
-STATE_VALUES = {"/reward": std_msgs.msg.Float64, "/observation": Float64MultiArray}
 OTHER_TOPICS = {
     "/diagnostics": DiagnosticArray,
     "/camera/image_raw": sensor_msgs.msg.Image,
     "/camera/camera_info": sensor_msgs.msg.CameraInfo,
-    # Not latched, but published to each new subscriber.
-    "/scene_markers": visualization_msgs.msg.MarkerArray,
-    "/state_markers": visualization_msgs.msg.MarkerArray,
+    **MARKERS,  # not latched, but published to each new subscriber
 }
 STEPPED = {topic: kind for topic, kind in STATE_TOPICS.items() if topic != "/clock"}
 JOINTS = [f"{joint}{side}_joint" for side in ("", "_left") for joint in ("thigh", "leg", "foot")]
@@ -94,7 +90,6 @@ SPECS = {
 }
 # By namespace: version and a symbol of the engine's library.
 ENGINES = {"": (r"^2\.[34]\.\d", b"b2PolygonShape"), "/walker2d": (r"^2\.2\.2\b", b"mj_step")}
-FALL = [1.0, 1.0, 1.0, -1.0]  # the walker falls within 60 steps
 QUIET = 0.6  # wall seconds in which 30 steps of a free-running server would pass
 MAX_STEPS = 100  # of ~step_many
 
@@ -309,19 +304,8 @@ class LockstepTest(ServerTest):
 
     # ------------------------------------------------------------ commands and messages
 
-    def count(self, diagnostics, word):
-        """Value of the server's key that contains `word`, in the next diagnostics."""
-        diagnostics.clear()
-        message = diagnostics.wait(lambda m: diagnostic_values(m, word), f"a key with {word}")
-        return int(float(diagnostic_values(message, word)[0]))
-
-    def record_diagnostics(self):
-        """Diagnostics of the first server, which come while simulation time stands still."""
-        return self.record("/diagnostics", DiagnosticArray)
-
     def test_effort_commands_are_refused_and_counted(self):
-        diagnostics = self.record_diagnostics()
-        before = self.count(diagnostics, "refused")
+        before = self.counter("refused")
         actions = [[0.0] * 4] * 5
         undisturbed = self.play(9, actions)
         command = self.commander()
@@ -330,16 +314,15 @@ class LockstepTest(ServerTest):
         self.begin(9)
         for i, expected in enumerate(undisturbed[1:], start=1):
             command.publish(data=[80.0, -80.0, 80.0, -80.0])
-            wait_for(lambda n=before + i: self.count(diagnostics, "refused") == n, "the count")
+            wait_for(lambda n=before + i: self.counter("refused") == n, "the count")
             self.assertTrue(same_experience(self.advance(), expected))
 
     def test_actions_beyond_the_bounds_are_counted(self):
-        diagnostics = self.record_diagnostics()
-        before = self.count(diagnostics, "clamped")
+        before = self.counter("clamped")
         self.play(3, [[1.0, -1.0, 0.5, -1.0]] * 3)
-        self.assertEqual(self.count(diagnostics, "clamped"), before)
+        self.assertEqual(self.counter("clamped"), before)
         self.play(3, [[1.5, -1e300, 0.5, -1.0]] * 3)
-        self.assertEqual(self.count(diagnostics, "clamped"), before + 3)
+        self.assertEqual(self.counter("clamped"), before + 3)
 
     def test_a_step_publishes_one_message_per_topic_with_subscribers(self):
         self.begin(1)
@@ -354,14 +337,12 @@ class LockstepTest(ServerTest):
                 pass
             self.assertEqual(first_stamp(frames.next()), stamp)
         # roscpp increments header.seq per published message, even without subscribers.
-        fresh = self.serve("/fresh/walker_sim", mode="lockstep", publish_clock=False)
+        self.serve("/fresh/walker_sim", mode="lockstep", publish_clock=False)
         self.call("reset", has_seed=True, seed=1)
-        uri = rosgraph.Master(CALLER).lookupNode(fresh.name)
         for topic in ("/joint_states", "/odom", "/imu", "/scan", "/contacts", "/transition"):
-            subscriber = BareSubscriber(uri, f"/fresh{topic}", STATE_TOPICS[topic])
+            subscriber = self.subscribe(f"/fresh{topic}", STATE_TOPICS[topic])
             self.call("step", action=[0.0] * 4)
             self.assertEqual(subscriber.next().header.seq, 0, f"{topic} was published")
-            subscriber.close()
 
     # ------------------------------------------------------------ ~step_many
 
@@ -406,7 +387,6 @@ class LockstepTest(ServerTest):
         )
 
     def test_step_many_ends_with_the_episode(self):
-        diagnostics = self.record_diagnostics()
         single = self.compare_step_many([(FALL, MAX_STEPS)])[0]
         self.assertTrue(single[-1].terminated, "the walker falls")
         reply = self.proxies["", "step_many"](action=FALL, steps=2)
@@ -414,11 +394,11 @@ class LockstepTest(ServerTest):
         self.assertRegex(reply.status_message, "ended.*reset")
         self.assertEqual((reply.steps, reply.total_reward), (0, 0))
         self.assertEqual(list(reply.transition.observation), [])
-        clamped, steps = (self.count(diagnostics, word) for word in ("clamped", "steps"))
+        clamped, steps = (self.counter(word) for word in ("clamped", "steps"))
         self.begin(7)
         self.step_many([1.5, 0.0, 0.0, 0.0], 6)
-        self.assertEqual(self.count(diagnostics, "clamped"), clamped + 6)
-        self.assertEqual(self.count(diagnostics, "steps"), steps + 6)
+        self.assertEqual(self.counter("clamped"), clamped + 6)
+        self.assertEqual(self.counter("steps"), steps + 6)
 
     def test_step_many_ends_with_the_time_limit(self):
         self.serve("/fresh/walker_sim", mode="lockstep", publish_clock=False, max_episode_steps=25)

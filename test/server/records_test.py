@@ -1,4 +1,7 @@
-"""~snapshot and ~restore: an episode continues bitwise equal, also on another server."""
+"""~snapshot and ~restore: contents, publication and concurrent calls.
+
+test/python/as_in_process_ros_test.py continues episodes of all environments on another server.
+"""
 
 import copy
 import random
@@ -8,8 +11,6 @@ import time
 from server_harness import ServerTest, bits, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
-
-IDS = {"BipedalWalker-v3": 4, "BipedalWalkerHardcore-v3": 4, "Walker2d-v4": 6, "Walker2d-v5": 6}
 
 
 def actions(size, count, seed):
@@ -35,25 +36,6 @@ class RecordsTest(ServerTest):
             self.assertTrue(same_experience(one, other), f"{one}\n{other}")
 
     # ------------------------------------------------------------ exact continuation
-
-    def test_restarted_server_continues_like_the_first(self):
-        for identifier, size in IDS.items():
-            with self.subTest(identifier):
-                first = self.serve(mode="lockstep", env=identifier, seed="42")
-                self.ask("reset")
-                self.ask("reset")  # continues the generator
-                present = self.play(actions(size, 15, 1))[-1]
-                record = self.ask("snapshot").record
-                future = self.play(actions(size, 300, 2))
-                following = self.ask("reset").transition
-                first.kill()
-
-                self.serve(mode="lockstep", env=identifier, seed="1")
-                restored = self.ask("restore", record=record).transition
-                self.assertTrue(same_experience(restored, present))
-                self.assert_same_experiences(self.play(actions(size, 300, 2)), future)
-                self.assertTrue(same_experience(self.ask("reset").transition, following))
-                self.server.stop()
 
     def test_snapshot_has_the_episode(self):
         self.serve(mode="lockstep", env="Walker2d-v5")

@@ -9,10 +9,9 @@ import time
 import rosgraph
 from bare_ros import BareSubscriber, OwnMaster, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from server_harness import DT, Process, ServerTest, nanoseconds
+from server_harness import DT, STAND, Process, ServerTest, nanoseconds
 from walker_sim.msg import Transition
 
-STAND = [1.0, 1.0, -1.0, 1.0]  # the walker stands astride for thousands of steps
 MAX_EXIT = 15  # wall seconds; a clean exit takes less than 1
 
 
@@ -34,9 +33,8 @@ class RobustnessTest(ServerTest):
 
     def test_subscriber_that_never_reads_delays_no_step(self):
         server = self.serve_lockstep()
-        uri = rosgraph.Master("/robustness_test").lookupNode(server.name)
-        frozen = [BareSubscriber(uri, "/transition", Transition) for _ in range(3)]
-        reading = BareSubscriber(uri, "/transition", Transition)
+        frozen = [self.subscribe("/transition", Transition) for _ in range(3)]
+        reading = self.subscribe("/transition", Transition)
         for _ in range(3000):
             self.assert_serves(1)
             if self.last.step % 50 == 0:  # before the publisher's queue overflows
@@ -97,7 +95,7 @@ class RobustnessTest(ServerTest):
         master = self.own_master()
         server = self.serve_lockstep(master_uri=master.uri)
         address = server.service_address("step").getpeername()
-        uri = rosgraph.Master("/robustness_test", master.uri).lookupNode(server.name)
+        uri = server.uri()
         self.assert_serves()
         master.kill()
         begin = time.monotonic()
@@ -118,12 +116,6 @@ class RobustnessTest(ServerTest):
         self.addCleanup(master.kill)
         return master
 
-    def subscribe(self, master, topic, message_class):
-        uri = rosgraph.Master("/robustness_test", master.uri).lookupNode(self.server.name)
-        subscriber = BareSubscriber(uri, topic, message_class)
-        self.addCleanup(subscriber.close)
-        return subscriber
-
     def wait_for_pace(self, diagnostics, level, words=""):
         """Reads /diagnostics until the pace has this level and message."""
 
@@ -136,7 +128,7 @@ class RobustnessTest(ServerTest):
     def test_lockstep_continues_while_the_master_hangs(self):
         master = self.own_master()
         server = self.serve_lockstep(master_uri=master.uri)
-        diagnostics = self.subscribe(master, "/diagnostics", DiagnosticArray)
+        diagnostics = self.subscribe("/diagnostics", DiagnosticArray)
         self.wait_for_pace(diagnostics, DiagnosticStatus.OK)
         master.hang()
         self.assert_serves(3000)  # 60 s of simulation time, with no confirmed reservation
@@ -161,7 +153,7 @@ class RobustnessTest(ServerTest):
             factor, steps = (100.0, 3000) if is_hanging else (10.0, 150)
             server = self.serve(master_uri=master.uri, real_time_factor=factor, paused=is_hanging)
             unpause = self.client("unpause")
-            transitions = self.subscribe(master, "/transition", Transition)
+            transitions = self.subscribe("/transition", Transition)
             disturb(master)
             if is_hanging:
                 self.assertTrue(unpause().success)

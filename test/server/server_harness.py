@@ -19,16 +19,17 @@ from urllib.parse import urlparse
 
 import rosgraph
 import rospy
-from bare_ros import CALLER, TIMEOUT, BareClient, wait_for
+from bare_ros import CALLER, TIMEOUT, BareClient, BareSubscriber, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
 from launched import LoggedProcess
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
-from std_msgs.msg import Float64MultiArray
+from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 from walker_sim.msg import Contacts, Transition
 from walker_sim.srv import (
     GetSpec,
@@ -44,7 +45,8 @@ from walker_sim.srv import (
 )
 
 DT = 20_000_000  # ns
-EXIT_TIMEOUT = 5.0  # [s] for a node to exit after SIGTERM; it may be halted
+FALL = [1.0, 1.0, 1.0, -1.0]  # BipedalWalker falls within 60 steps
+STAND = [1.0, 1.0, -1.0, 1.0]  # it stands astride for thousands of steps
 SERVICES = {
     "reset": Reset,
     "step": Step,
@@ -68,6 +70,8 @@ STATE_TOPICS = {
     "/tf": TFMessage,
     "/clock": Clock,
 }
+STATE_VALUES = {"/reward": Float64, "/observation": Float64MultiArray}
+MARKERS = {"/scene_markers": MarkerArray, "/state_markers": MarkerArray}
 
 
 def node_path(node_type):
@@ -146,13 +150,13 @@ def same_experience(one, other):
 
 
 class Process(LoggedProcess):
-    """A node of this package as a process, ended by `stop`, `end` or `kill`."""
+    """A node of this package as a process.
+
+    Cleanups call `end` instead of `kill`, because gcov writes its counters at exit.
+    """
 
     def __init__(self, node_type, name, arguments=(), master_uri=None):
-        environment = {
-            "PYTHONUNBUFFERED": "1",
-            "ROSCONSOLE_FORMAT": "[${severity}] ${message}",
-        }
+        environment = {"PYTHONUNBUFFERED": "1", "ROSCONSOLE_FORMAT": "[${severity}] ${message}"}
         if master_uri:
             environment["ROS_MASTER_URI"] = master_uri
         self.name = name if name.startswith("/") else "/" + name
@@ -175,18 +179,6 @@ class Process(LoggedProcess):
         if self.is_running():
             self._process.send_signal(by)
         return self.wait(timeout)
-
-    def end(self):
-        """Cleanup: tries SIGTERM before `kill`, because gcov writes its counters at exit."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.terminate()
-            self._process.wait(EXIT_TIMEOUT)
-        self.kill()
-
-    def kill(self):
-        if self.is_running():
-            self._process.kill()
-        self._process.wait()
 
 
 class ServerProcess(Process):
@@ -214,6 +206,10 @@ class ServerProcess(Process):
 
         wait_for(serves, f"{self.name} to serve")
         return self
+
+    def uri(self):
+        """Its XML-RPC URI, as registered at the master."""
+        return self.master.lookupNode(CALLER, self.name)[2]
 
     def service_address(self, service):
         """Connects to the service's port, as registered at the master."""
@@ -304,9 +300,7 @@ class Recorder:
 
     def wait_count(self, count, timeout=TIMEOUT):
         wait_for(
-            lambda: len(self.messages()) >= count,
-            f"{count} messages on {self.topic}",
-            timeout,
+            lambda: len(self.messages()) >= count, f"{count} messages on {self.topic}", timeout
         )
         return self.messages()
 
@@ -363,6 +357,12 @@ class ServerTest(unittest.TestCase):
         client = self.server.client(service, service_class, **options)
         self.addCleanup(client.close)
         return client
+
+    def subscribe(self, topic, kind):
+        """Subscribes to the server on a plain socket until the end of the test."""
+        subscriber = BareSubscriber(self.server.uri(), topic, kind)
+        self.addCleanup(subscriber.close)
+        return subscriber
 
     def record(self, topic, kind, waits=True):
         recorder = Recorder(topic, kind, waits)

@@ -17,19 +17,10 @@ NODES = {
     "status_line": [],
 }
 METHODS = [
-    "getBusStats",
-    "getBusInfo",
-    "getMasterUri",
-    "getPid",
-    "getSubscriptions",
-    "getPublications",
-    "paramUpdate",
-    "publisherUpdate",
-    "requestTopic",
-    "system.listMethods",
-    "system.methodHelp",
+    "getBusStats", "getBusInfo", "getMasterUri", "getPid", "getSubscriptions", "getPublications",
+    "paramUpdate", "publisherUpdate", "requestTopic", "system.listMethods", "system.methodHelp",
     "no_such_method",
-]
+]  # fmt: skip
 STRANGE = [
     "a b", "", "/", "~x", "//", "1", "\x7f", "x" * 100_000, 0, -1, 2**31 - 1, 0.5, True, [], {},
     [[]], [""], ["http://:0"], ["http://nowhere"], [1], {"a": [{}]}, xmlrpc.client.Binary(b"\x00"),

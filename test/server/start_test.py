@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import tempfile
 from xmlrpc.client import Binary
 
 import rospy
@@ -109,41 +108,38 @@ class StartTest(ServerTest):
 
         return begun
 
+    def assert_ends(self, node, number, begun):
+        goes_on = begun()
+        self.assertEqual(node.stop(number), 0, node.output())
+        wait_for(lambda: not goes_on(), "the end of the compilation")
+        self.assertNotIn("FATAL", node.output())
+
     def test_signals_end_a_server_that_compiles_a_model(self):
         for number in (signal.SIGINT, signal.SIGTERM):
-            with tempfile.TemporaryDirectory() as folder:
-                path = os.path.join(folder, "endless.xml")
-                begun = self.endless_model(path)
-                server = self.start("/endless", **LOCKSTEP, **WALKER2D, xml_file=path)
-                goes_on = begun()
-                self.assertEqual(server.stop(number), 0, server.output())
-                wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
-                self.assertNotIn("FATAL", server.output())
+            path = write_model(self, "")
+            begun = self.endless_model(path)
+            server = self.start("/endless", **LOCKSTEP, **WALKER2D, xml_file=path)
+            self.assert_ends(server, number, begun)
 
     def test_signals_end_an_agent_that_compiles_a_model(self):
         parameters = {**LOCKSTEP, **WALKER2D, "xml_file": write_model(self, builtin_model())}
-        server = self.start("/compiled", **parameters)
-        server.wait_until_it_serves()
+        self.start("/compiled", **parameters).wait_until_it_serves()
         begun = self.endless_model(parameters["xml_file"])
         agent = Process("service_agent", "/agent", ["_server:=/compiled"])
         self.addCleanup(agent.end)
-        goes_on = begun()
-        self.assertEqual(agent.stop(), 0, agent.output())
-        wait_for(lambda: not goes_on(), "the end of the compilation")
-        self.assertNotIn("FATAL", agent.output())
+        self.assert_ends(agent, signal.SIGINT, begun)
 
     def test_signals_end_describe_while_it_compiles_a_model(self):
         for number in (signal.SIGINT, signal.SIGTERM):
-            with tempfile.TemporaryDirectory() as folder:
-                path = os.path.join(folder, "endless.xml")
-                begun = self.endless_model(path)
-                command = [node_path("describe"), "Walker2d-v5", f"xml_file={path}"]
-                with subprocess.Popen(command) as describe:
-                    self.addCleanup(describe.kill)
-                    goes_on = begun()
-                    describe.send_signal(number)
-                self.assertEqual(describe.returncode, -number)
-                wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
+            path = write_model(self, "")
+            begun = self.endless_model(path)
+            command = [node_path("describe"), "Walker2d-v5", f"xml_file={path}"]
+            with subprocess.Popen(command) as describe:
+                self.addCleanup(describe.kill)
+                goes_on = begun()
+                describe.send_signal(number)
+            self.assertEqual(describe.returncode, -number)
+            wait_for(lambda goes_on=goes_on: not goes_on(), "the end of the compilation")
 
     def test_robot_description_of_another_robot_is_a_warning(self):
         rospy.set_param("/robot_description", '<robot name="x"><link name="torso"/></robot>')

@@ -4,15 +4,20 @@ import math
 import sys
 import time
 
-import nav_msgs.msg
 import sensor_msgs.msg
-import std_msgs.msg
 import tf2_msgs.msg
-import visualization_msgs.msg
 from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray
-from server_harness import TransitionsTest, bits, nanoseconds, same_experience
-from walker_sim.msg import Contacts, Episode, Transition
+from server_harness import (
+    MARKERS,
+    STATE_TOPICS,
+    STATE_VALUES,
+    TransitionsTest,
+    bits,
+    nanoseconds,
+    same_experience,
+)
+from walker_sim.msg import Episode, Transition
 
 JOINTS = ["thigh_joint", "leg_joint", "foot_joint"]
 JOINTS += ["thigh_left_joint", "leg_left_joint", "foot_left_joint"]
@@ -20,19 +25,8 @@ ZERO = [0.0] * 6
 OVERFLOW = "MuJoCo: Stack overflow"
 REFUSED = f"the simulation failed at its reset: {OVERFLOW}"
 QUIET = 1.5  # wall seconds; with auto_reset a failed reset is retried every second
-TOPICS = {
-    "/joint_states": sensor_msgs.msg.JointState,
-    "/imu": sensor_msgs.msg.Imu,
-    "/contacts": Contacts,
-    "/odom": nav_msgs.msg.Odometry,
-    "/reward": std_msgs.msg.Float64,
-    "/observation": std_msgs.msg.Float64MultiArray,
-    "/transition": Transition,
-    "/episode": Episode,
-    "/tf": tf2_msgs.msg.TFMessage,
-    "/state_markers": visualization_msgs.msg.MarkerArray,
-    "/scene_markers": visualization_msgs.msg.MarkerArray,
-}
+TOPICS = {**STATE_TOPICS, **STATE_VALUES, **MARKERS, "/episode": Episode}
+del TOPICS["/scan"]  # Walker2d has no range finder
 
 
 def numbers_of(message):
@@ -145,7 +139,7 @@ class Walker2dTest(TransitionsTest):
         self.assert_engine_failure_ends_the_episode()
         self.server.stop()
         unstable = self.model_file(
-            ('timestep="0.002" integrator="RK4"', 'timestep="0.5" integrator="Euler"'),
+            ('timestep="0.002" integrator="RK4"', 'timestep="0.5" integrator="Euler"')
         )
         self.serve(xml_file=unstable, **failing)
         self.dt = 2_000_000_000

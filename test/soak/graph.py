@@ -5,7 +5,6 @@ import ctypes
 import io
 import os
 import pathlib
-import signal
 import socket
 import struct
 import subprocess
@@ -15,11 +14,11 @@ import xmlrpc.client
 from urllib.parse import urlparse
 
 from bare_ros import CALLER, BareClient, free_port, wait_for
+from launched import LoggedProcess
 from walker_sim.srv import Step
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STARTUP_TIMEOUT = 90  # [s]; only a failing part waits this long
-SHUTDOWN_TIMEOUT = 15  # of a node [s]
 PR_SET_CHILD_SUBREAPER = 36
 
 
@@ -45,44 +44,13 @@ def step_request(action):
     return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
 
 
-class Node:
-    def __init__(self, command, environment, **options):
-        self._log = tempfile.NamedTemporaryFile(prefix="walker_sim_soak_")
-        self.process = subprocess.Popen(
-            # Not SIGINT: background processes of a shell ignore it, and their children may, too.
-            ["setpriv", "--pdeathsig", "TERM", *map(str, command)],
-            env=environment,
-            stdout=self._log.file,
-            stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
-            **options,
-        )
-        self.name = ""
+class Node(LoggedProcess):
+    name = ""
 
-    @property
-    def pid(self):
-        return self.process.pid
-
-    def output(self):
-        return pathlib.Path(self._log.name).read_text(encoding="utf-8", errors="replace")
-
-    def send(self, number):
-        if self.process.poll() is None:
-            self.process.send_signal(number)
-
-    def kill(self):
-        self.send(signal.SIGKILL)
-        self.process.wait()
-
-    def end(self, by=signal.SIGTERM, timeout=SHUTDOWN_TIMEOUT):
-        """Signals the process and returns its status; on timeout, kills it and returns None."""
-        self.send(signal.SIGCONT)
-        self.send(by)
-        try:
-            return self.process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            self.kill()
-            return None
+    def __init__(self, command, options, **environment):
+        # Not SIGINT: background processes of a shell ignore it, and their children may, too.
+        command = ["setpriv", "--pdeathsig", "TERM", *map(str, command)]
+        super().__init__(command, options, **environment)
 
 
 class Graph(contextlib.ExitStack):
@@ -92,15 +60,13 @@ class Graph(contextlib.ExitStack):
         self.programs = programs
         self.port = free_port()
         self.uri = f"http://{host}:{self.port}"
-        unwanted = ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE")
-        self.environment = {k: v for k, v in os.environ.items() if k not in unwanted}
-        self.environment.update(
-            ROS_MASTER_URI=self.uri,
-            ROS_HOSTNAME=host,
-            ROS_HOME=folder,
-            PYTHONUNBUFFERED="1",
-            ROSCONSOLE_FORMAT="[${severity}] ${message}",
-        )
+        self.environment = {
+            "ROS_MASTER_URI": self.uri,
+            "ROS_HOSTNAME": host,
+            "ROS_HOME": folder,
+            "PYTHONUNBUFFERED": "1",
+            "ROSCONSOLE_FORMAT": "[${severity}] ${message}",
+        }
         self.start_master()
 
     def start_master(self):
@@ -108,9 +74,8 @@ class Graph(contextlib.ExitStack):
         self.master = self.start([sys.executable, "-c", code, "--core", "-p", self.port])
         await_true(lambda: self.ask("getUri"), "a master")
 
-    def start(self, command, **options):
-        environment = {**self.environment, **options.pop("environment", {})}
-        node = Node(command, environment, **options)
+    def start(self, command, environment=(), **options):
+        node = Node(command, options, **{**self.environment, **dict(environment)})
         self.callback(node.end)
         return node
 
@@ -118,7 +83,7 @@ class Graph(contextlib.ExitStack):
         """Runs a command of `python -m walker_sim` to its end; returns it with its output."""
         return subprocess.run(
             [sys.executable, "-m", "walker_sim", *map(str, arguments)],
-            env={**self.environment, **dict(environment)},
+            env={**os.environ, **self.environment, **dict(environment)},
             capture_output=True,
             text=True,
             check=False,
@@ -153,7 +118,7 @@ class Graph(contextlib.ExitStack):
         node.name = name
 
         def serves():
-            if node.process.poll() is not None:
+            if not node.is_running():
                 raise RuntimeError(f"{name} ended at its start:\n{node.output()}")
             return self.service_uri(last) not in (None, before)
 

@@ -10,8 +10,8 @@ import time
 import usage
 import walker_sim
 from bare_ros import CALLER, BareSubscriber, header_bytes
-from graph import ROOT, SHUTDOWN_TIMEOUT, STARTUP_TIMEOUT, await_true, command_of, step_request
-from launched import children_of
+from graph import ROOT, STARTUP_TIMEOUT, await_true, command_of, step_request
+from launched import EXIT_TIMEOUT, children_of, start_screen
 from walk import Pair
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
@@ -62,7 +62,7 @@ def kill_client(soak):
             )
             equal = pair.reset(soak.random.randrange(1 << 32)) and pair.steps(20)
             soak.check("another client's bits are right", equal, f"round {number}")
-        soak.check("the server runs", server.process.poll() is None, server.output())
+        soak.check("the server runs", server.is_running(), server.output())
         watched.check_handles(soak.tally, "the server")
         pair.close()
 
@@ -98,7 +98,7 @@ def kill_master(soak):
             by = soak.random.choice([signal.SIGINT, signal.SIGTERM])
             status = server.end(by)
             soak.check(
-                f"the server ends within {SHUTDOWN_TIMEOUT} s after a signal",
+                f"the server ends within {EXIT_TIMEOUT} s after a signal",
                 status == 0,
                 f"status {status} after {by.name}: {server.output()}",
             )
@@ -114,7 +114,7 @@ def kill_rviz(soak):
         soak.leave_out(f"without {' and '.join(missing)}")
         return
     with soak.graph() as graph:
-        display = start_screen(graph)
+        display = start_screen(graph.start, "800x600")
         server = graph.server(mode="free")
         subscriber = BareSubscriber(graph.node_uri(server.name), "/transition", Transition)
         watched, last = None, subscriber.next()
@@ -137,17 +137,8 @@ def kill_rviz(soak):
                 time.sleep(1)  # after the first rviz, the server has loaded everything it needs
                 watched = usage.Usage(server.pid)
         watched.check_handles(soak.tally, "the server")
-        soak.check("the server runs", server.process.poll() is None, server.output())
+        soak.check("the server runs", server.is_running(), server.output())
         subscriber.close()
-
-
-def start_screen(graph):
-    read, write = os.pipe()
-    words = ["Xvfb", "-displayfd", write, "-screen", "0", "800x600x24", "-nolisten", "tcp"]
-    graph.start(words, pass_fds=[write])
-    os.close(write)
-    with os.fdopen(read) as pipe:
-        return f":{pipe.readline().strip()}"
 
 
 def listens(graph):

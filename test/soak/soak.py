@@ -154,6 +154,8 @@ def main():
     options = parse()
     for number in (signal.SIGINT, signal.SIGTERM):  # ends the processes that were started
         signal.signal(number, interrupt)
+    for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE"):
+        os.environ.pop(name, None)
     graph.adopt_orphans()
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
