@@ -1,5 +1,5 @@
-// The client against real servers: step_many, which Python does not call, and two clients.
-// python/bits_ros_test compares its other calls with the core.
+// Two clients of a real server, and step_many, which Python does not call. python/bits_ros_test
+// compares the client's other calls with the core, lockstep_test.py ~step_many with ~step.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -7,13 +7,11 @@
 #include <memory>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include <ros/node_handle.h>
 #include <ros/service_client.h>
 
-#include "error_message.h"
 #include "server/twin.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/client.h"
@@ -38,43 +36,7 @@ std::unique_ptr<Client> connect(const std::string& server) {
   }
 }
 
-class Episodes : public testing::TestWithParam<std::pair<const char*, const char*>> {};
-
-/// Compares step_many with repeated single steps, up to the episode's end.
-TEST_P(Episodes, EqualTheCoresWithRepeatedSteps) {
-  const auto& [server, id] = GetParam();
-  const std::unique_ptr<Client> client = connect(server);
-  Twin twin(id);
-  const std::vector<double> action(twin.environment().specification().action_size(), 0.5);
-  constexpr std::uint32_t kSteps = 7;
-  Transition begun;
-  twin.reset(8);
-  client->reset(8, begun);
-  std::uint32_t calls = 0;
-  RepeatedStep repeated;
-  while (!twin.has_ended() && !testing::Test::HasFailure()) {
-    const double before = twin.episode_return();
-    std::uint32_t steps = 0;
-    for (; steps < kSteps && !twin.has_ended(); ++steps) twin.step(action);
-    client->step_many(action.data(), action.size(), kSteps, repeated);
-    EXPECT_TRUE(twin.equals(repeated.transition));
-    EXPECT_EQ(repeated.steps, steps);
-    EXPECT_NEAR(repeated.total_reward, twin.episode_return() - before, 1e-9);
-    ++calls;
-  }
-  EXPECT_GT(calls, 3U);
-  EXPECT_NE(repeated.transition.step % kSteps, 0U) << "it was to end within a call";
-  EXPECT_NE(message_of<RequestRefused>([&] {
-              client->step_many(action.data(), action.size(), kSteps, repeated);
-            }).find("ended"),
-            std::string::npos);
-}
-
-INSTANTIATE_TEST_SUITE_P(Servers, Episodes,
-                         testing::Values(std::pair{"/walker_sim", "BipedalWalker-v3"},
-                                         std::pair{"/v5/walker_sim", "Walker2d-v5"}));
-
-TEST(SharedEpisode, IsSteppedByRoscppToo) {
+TEST(SharedEpisode, IsSteppedByRoscppAndRepeatedly) {
   const std::unique_ptr<Client> ours = connect("/walker_sim");
   Twin twin("BipedalWalker-v3");
   Transition received;
@@ -101,6 +63,13 @@ TEST(SharedEpisode, IsSteppedByRoscppToo) {
                 std::llround(1e9 * twin.environment().specification().dt));
     }
   }
+  RepeatedStep repeated;
+  const double before = twin.episode_return();
+  for (int i = 0; i < 7; ++i) twin.step(call.request.action);
+  ours->step_many(call.request.action.data(), call.request.action.size(), 7, repeated);
+  EXPECT_TRUE(twin.equals(repeated.transition));
+  EXPECT_EQ(repeated.steps, 7U);
+  EXPECT_NEAR(repeated.total_reward, twin.episode_return() - before, 1e-9);
 }
 
 }  // namespace

@@ -281,36 +281,19 @@ TEST_F(CommittedUrdf, HasTheJointsOfTheWorld) {
   }
 }
 
-// Numbers from Gymnasium's source, in case the specification itself is wrong.
-TEST_F(CommittedUrdf, HasGymnasiumsLimits) {
-  for (const char* leg : {"1", "2"}) {
-    const urdf::JointLimits& hip = *model_.getJoint(std::string("hip_") + leg)->limits;
-    const urdf::JointLimits& knee = *model_.getJoint(std::string("knee_") + leg)->limits;
-    EXPECT_EQ((std::array<double, 4>{hip.lower, hip.upper, hip.effort, hip.velocity}),
-              (std::array<double, 4>{-0.8, 1.1, 80, 4}));
-    EXPECT_EQ((std::array<double, 4>{knee.lower, knee.upper, knee.effort, knee.velocity}),
-              (std::array<double, 4>{-1.6, -0.1, 80, 6}));
-  }
-}
-
 // ---------------------------------------------------------------- make_urdf
 
-TEST(MakeUrdf, RejectsAJointWithoutParent) {
-  Specification specification = make("BipedalWalker-v3")->specification();
-  specification.joints.front().parent = "tail";
-  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
-}
-
-TEST(MakeUrdf, RejectsACycleOfJoints) {
-  Specification specification = make("BipedalWalker-v3")->specification();
-  specification.joints[0].parent = specification.joints[1].child;
-  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
-}
-
-TEST(MakeUrdf, RejectsALinkWithoutShape) {
-  Specification specification = make("BipedalWalker-v3")->specification();
-  specification.links.back().prisms.clear();
-  EXPECT_THROW(make_urdf(specification, "x"), std::invalid_argument);
+TEST(MakeUrdf, RejectsAMissingParentACycleAndALinkWithoutShape) {
+  const Specification good = make("BipedalWalker-v3")->specification();
+  Specification orphan = good;
+  orphan.joints.front().parent = "tail";
+  Specification cycle = good;
+  cycle.joints[0].parent = cycle.joints[1].child;
+  Specification invisible = good;
+  invisible.links.back().prisms.clear();
+  for (const Specification& bad : {orphan, cycle, invisible}) {
+    EXPECT_THROW(make_urdf(bad, "x"), std::invalid_argument);
+  }
 }
 
 TEST(RobotName, IsTheIdWithoutVersionInSnakeCase) {
