@@ -1,4 +1,4 @@
-"""Child processes with captured output: roslaunch, which SIGINT ends like Ctrl-C, and others."""
+"""Child processes with captured output, roslaunch among them; a virtual screen."""
 
 import contextlib
 import os
@@ -38,7 +38,8 @@ def processor_time(pid):
 
 class LoggedProcess:
     def __init__(self, command, options=None, **environment):
-        """
+        """Starts the command.
+
         @param options: more arguments of Popen
         @param environment: added to the inherited one, which loses its ROS_NAMESPACE
         """
@@ -111,8 +112,10 @@ class Launched(LoggedProcess):
         return list(children_of(self._process.pid))
 
     def stop(self):
-        """Returns the exit status. After the timeout, kills it and returns None."""
-        return self.end(signal.SIGINT, TIMEOUT)
+        """Returns the exit status. After the timeout, kills it and raises AssertionError."""
+        status = self.end(signal.SIGINT, TIMEOUT)
+        assert status is not None, f"roslaunch did not end within {TIMEOUT} s:\n{self.output()}"
+        return status
 
 
 def start_screen(start, size):

@@ -1,13 +1,12 @@
-"""Servers of both engines on one master, separated by <group ns> and tf_prefix."""
+"""Servers of both engines on one master, separated by namespace and tf_prefix."""
 
 import time
-import unittest
 
 import rosgraph
 import rospy
 import tf2_msgs.msg
 import visualization_msgs.msg
-from server_harness import DT, Recorder, nanoseconds, same_experience
+from server_harness import DT, ServerTest, nanoseconds, same_experience
 from walker_sim.srv import Reset, Step
 
 BIPEDAL_WALKER = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
@@ -20,10 +19,9 @@ FIXED["/three"] = ["base_link", "leg", "foot", "leg_left", "foot_left"]
 PREFIXES = {"/one": "left/", "/two": "right/", "/three": "middle/"}  # /two's tf_prefix is /right/
 
 
-class NamespacesTest(unittest.TestCase):
+class NamespacesTest(ServerTest):
     def setUp(self):
-        self.tf = Recorder("/tf", tf2_msgs.msg.TFMessage)
-        self.addCleanup(self.tf.close)
+        self.tf = self.record("/tf", tf2_msgs.msg.TFMessage)
 
     def proxies(self, space):
         proxies = []
@@ -86,11 +84,10 @@ class NamespacesTest(unittest.TestCase):
         for transform in transforms:
             self.assertTrue(transform.header.frame_id.startswith(prefix))
             self.assertNotIn("//", transform.header.frame_id + transform.child_frame_id)
-        markers = Recorder(f"{space}/scene_markers", visualization_msgs.msg.MarkerArray)
+        markers = self.record(f"{space}/scene_markers", visualization_msgs.msg.MarkerArray)
         for marker in markers.wait().markers:
             if marker.action == marker.ADD:
                 self.assertTrue(marker.header.frame_id.startswith(prefix), marker.header.frame_id)
-        markers.close()
 
     def test_frames_have_the_prefix_and_no_leading_slash(self):
         for space, prefix in PREFIXES.items():
@@ -105,7 +102,7 @@ class NamespacesTest(unittest.TestCase):
             for transform in message.transforms:
                 known = parents.setdefault(transform.child_frame_id, transform.header.frame_id)
                 self.assertEqual(known, transform.header.frame_id)
-        static = Recorder("/tf_static", tf2_msgs.msg.TFMessage)
+        static = self.record("/tf_static", tf2_msgs.msg.TFMessage)
         static.wait_count(len(FRAMES))
         fixed = [t for message in static.messages() for t in message.transforms]
         expected = [PREFIXES[space] + link for space in FRAMES for link in FIXED[space]]
@@ -114,4 +111,3 @@ class NamespacesTest(unittest.TestCase):
             self.assertNotIn(transform.child_frame_id, parents)
             prefix = transform.child_frame_id.split("/")[0]
             self.assertEqual(transform.header.frame_id.split("/")[0], prefix)
-        static.close()

@@ -1,13 +1,12 @@
 """Effort commands on the topic of a JointGroupEffortController, by remapping."""
 
 import threading
-import unittest
 
 import rosgraph
 import rospy
 from bare_ros import CALLER, wait_for
 from sensor_msgs.msg import JointState
-from server_harness import Recorder, bits
+from server_harness import ServerTest, bits
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 from walker_sim.msg import Transition
 
@@ -17,12 +16,7 @@ BIPEDAL_WALKER_EFFORT = 80.0  # [N m] at action 1
 WALKER2D_EFFORT = 100.0
 
 
-class RemapTest(unittest.TestCase):
-    def record(self, topic, kind):
-        recorder = Recorder(topic, kind)
-        self.addCleanup(recorder.close)
-        return recorder
-
+class RemapTest(ServerTest):
     def test_topic_is_known_by_its_remapped_name_only(self):
         def are_registered():
             publishers, subscribers, _ = map(dict, rosgraph.Master(CALLER).getSystemState())

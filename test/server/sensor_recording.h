@@ -165,7 +165,7 @@ struct Edge {
   const char* child;
 };
 
-struct Robot {
+struct ExpectedRobot {
   std::vector<const char*> links;    // the trunk first
   std::vector<const char*> parents;  // of the other links
   std::vector<std::string> joints;   // of the other links
@@ -183,7 +183,7 @@ struct Robot {
 struct Walk {
   const char* name;
   Server server;
-  const Robot* robot;
+  const ExpectedRobot* robot;
   void (*walk)(Player& player);
   void (*rest)(Player& player);  // null if it does not come to rest
 };

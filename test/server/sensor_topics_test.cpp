@@ -22,41 +22,43 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-const Robot kBipedalWalker{{"hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2"},
-                           {"hull", "upper_leg_1", "hull", "upper_leg_2"},
-                           {"hip_1", "knee_1", "hip_2", "knee_2"},
-                           {"lower_leg_1", "lower_leg_2"},
-                           {{"odom", "hull"},
-                            {"hull", "upper_leg_1"},
-                            {"upper_leg_1", "lower_leg_1"},
-                            {"hull", "upper_leg_2"},
-                            {"upper_leg_2", "lower_leg_2"},
-                            {"hull", "lidar"}},
-                           [](const std::vector<double>& observation) { return observation[0]; },
-                           0.02,
-                           10,  // pybox2d's default, which Gymnasium keeps
-                           1e-6,
-                           1e-3,
-                           0.2};
+const ExpectedRobot kBipedalWalker{
+    {"hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2"},
+    {"hull", "upper_leg_1", "hull", "upper_leg_2"},
+    {"hip_1", "knee_1", "hip_2", "knee_2"},
+    {"lower_leg_1", "lower_leg_2"},
+    {{"odom", "hull"},
+     {"hull", "upper_leg_1"},
+     {"upper_leg_1", "lower_leg_1"},
+     {"hull", "upper_leg_2"},
+     {"upper_leg_2", "lower_leg_2"},
+     {"hull", "lidar"}},
+    [](const std::vector<double>& observation) { return observation[0]; },
+    0.02,
+    10,  // pybox2d's default, which Gymnasium keeps
+    1e-6,
+    1e-3,
+    0.2};
 
-const Robot kWalker2d{{"torso", "thigh", "leg", "foot", "thigh_left", "leg_left", "foot_left"},
-                      {"torso", "thigh", "leg", "torso", "thigh_left", "leg_left"},
-                      {"thigh_joint", "leg_joint", "foot_joint", "thigh_left_joint",
-                       "leg_left_joint", "foot_left_joint"},
-                      {"foot", "foot_left"},
-                      {{"odom", "torso"},
-                       {"torso", "thigh"},
-                       {"thigh", "leg_hinge"},
-                       {"leg", "foot_hinge"},
-                       {"torso", "thigh_left"},
-                       {"thigh_left", "leg_left_hinge"},
-                       {"leg_left", "foot_left_hinge"}},
-                      [](const std::vector<double>& observation) { return -observation[1]; },
-                      0.008,
-                      9.81,
-                      1e-12,  // TF rounds about ten times
-                      1e-9,
-                      0.05};
+const ExpectedRobot kWalker2d{
+    {"torso", "thigh", "leg", "foot", "thigh_left", "leg_left", "foot_left"},
+    {"torso", "thigh", "leg", "torso", "thigh_left", "leg_left"},
+    {"thigh_joint", "leg_joint", "foot_joint", "thigh_left_joint", "leg_left_joint",
+     "foot_left_joint"},
+    {"foot", "foot_left"},
+    {{"odom", "torso"},
+     {"torso", "thigh"},
+     {"thigh", "leg_hinge"},
+     {"leg", "foot_hinge"},
+     {"torso", "thigh_left"},
+     {"thigh_left", "leg_left_hinge"},
+     {"leg_left", "foot_left_hinge"}},
+    [](const std::vector<double>& observation) { return -observation[1]; },
+    0.008,
+    9.81,
+    1e-12,  // TF rounds about ten times
+    1e-9,
+    0.05};
 
 void stand_with_legs_apart(Player& player) {
   player.reset(1);
@@ -96,7 +98,7 @@ class SensorTopics : public testing::TestWithParam<Walk> {
     ASSERT_GT(walk().size(), 60U) << "the episode ended early";
   }
 
-  static const Robot& robot() { return *GetParam().robot; }
+  static const ExpectedRobot& robot() { return *GetParam().robot; }
   const std::vector<State>& walk() const { return recording_->walk; }
   const std::vector<State>& rest() const { return recording_->rest; }
   const Scene& scene() const { return recording_->scene; }
