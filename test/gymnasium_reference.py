@@ -27,7 +27,7 @@ class Session(NamedTuple):
 
 
 class Episode(NamedTuple):
-    """A played episode: actions, shape (n, action size), and n + 1 rows as from rollout_tool.
+    """A played episode: actions, shape (n, action size), and n + 1 rows as from row_of.
 
     Row 0 holds the reset's observation, reward 0, flags 0 and info.
     """

@@ -230,7 +230,7 @@ TEST(OtherWalker, CanHaveUnnamedBodies) {
   EXPECT_EQ(walker->specification().joints[1].parent, "body_2");
 }
 
-/// Spaces, limits and info names: spaces_gymnasium_test.py.
+/// Spaces, limits and info names: test/python/environment_test.py.
 TEST(BuiltInRobots, HaveGymnasiumsLinksAndJoints) {
   struct Expected {
     std::vector<std::string> ids;
