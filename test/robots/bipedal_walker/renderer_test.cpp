@@ -117,16 +117,6 @@ TEST_F(RendererTest, ColorsAreGymnasiums) {
   }
 }
 
-TEST_F(RendererTest, DependsOnTheCaptureAlone) {
-  const std::vector<StateCapture> captures = some_captures();
-  const std::vector<Image> forward = draw_all(*renderer_, captures);
-  for (std::size_t i = captures.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer_, captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_EQ(draw(captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
-  }
-}
-
 TEST_F(RendererTest, TwoThreadsCanDraw) {
   const std::vector<StateCapture> captures = some_captures();
   const std::vector<Image> expected = draw_all(*make_renderer("BipedalWalker-v3"), captures);
@@ -146,34 +136,6 @@ TEST_F(RendererTest, TwoThreadsCanDraw) {
   other.join();
   EXPECT_EQ(here, 0);
   EXPECT_EQ(there, 0);
-}
-
-TEST_F(RendererTest, ChangesNoBitOfAnEpisode) {
-  for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
-    Stepper drawn(id);
-    Stepper alone(id);
-    const auto renderer = make_renderer(id);
-    Actions actions("random", 2);
-    StateCapture captured;
-    Image image;
-    std::vector<double> action;
-    drawn.reset(2);
-    alone.reset(2);
-    std::uint32_t step = 0;
-    for (; step < 1000 && !alone.has_ended(); ++step) {
-      capture(*drawn.environment, step, captured);
-      renderer->render(captured, {}, image);
-      actions.draw(alone.observation, action);
-      drawn.step(action);
-      alone.step(action);
-      ASSERT_EQ(drawn.row(), alone.row()) << id << ", step " << step;
-    }
-    EXPECT_GT(step, 500U);
-    drawn.reset();
-    alone.reset();
-    EXPECT_EQ(drawn.row(), alone.row());
-    EXPECT_EQ(drawn.environment->generator_state(), alone.environment->generator_state());
-  }
 }
 
 /// Draws one lidar ray per step, in order and then in reverse, then none until the cycle of 100

@@ -68,51 +68,6 @@ TEST(RendererTest, EpisodesLookAsGymnasiums) {
   expect_gymnasiums("Walker2d-v5", "saturated", 2, 20);
 }
 
-TEST(RendererTest, DependsOnTheCaptureAlone) {
-  std::vector<StateCapture> captures;
-  for (const std::uint32_t steps : {0U, 7U, 15U}) {
-    captures.push_back(capture_of("Walker2d-v5", "saturated", 2, steps));
-  }
-  const auto renderer = make_renderer("Walker2d-v5");
-  std::vector<Image> forward;
-  forward.reserve(captures.size());
-  for (const StateCapture& captured : captures) forward.push_back(draw(*renderer, captured));
-  for (std::size_t i = captures.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer, captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_EQ(draw(*make_renderer("Walker2d-v5"), captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
-  }
-}
-
-TEST(RendererTest, LeavesTheEpisodeUnchanged) {
-  for (const char* id : {"Walker2d-v4", "Walker2d-v5"}) {
-    Stepper drawn(id);
-    Stepper alone(id);
-    const auto renderer =
-        make_renderer(id, {}, {{"width", std::int64_t{32}}, {"height", std::int64_t{24}}});
-    Actions actions("balance", 1);
-    StateCapture captured;
-    Image image;
-    std::vector<double> action;
-    drawn.reset(1);
-    alone.reset(1);
-    std::uint32_t step = 0;
-    for (; step < 150 && !alone.has_ended(); ++step) {
-      capture(*drawn.environment, step, captured);
-      renderer->render(captured, {true, true}, image);
-      actions.draw(alone.observation, action);
-      drawn.step(action);
-      alone.step(action);
-      ASSERT_EQ(drawn.row(), alone.row()) << id << ", step " << step;
-    }
-    EXPECT_EQ(step, 150U);
-    drawn.reset();
-    alone.reset();
-    EXPECT_EQ(drawn.observation, alone.observation);
-    EXPECT_EQ(drawn.environment->generator_state(), alone.environment->generator_state());
-  }
-}
-
 TEST(RendererTest, DrawsLargerThanTheModelsBuffer) {
   const auto renderer = make_renderer(
       "Walker2d-v5", {}, {{"width", std::int64_t{1000}}, {"height", std::int64_t{960}}});
