@@ -14,6 +14,7 @@ set(short_suites
   python/environment_threads_test
   python/keywords_test
   python/package_test
+  python/recorded_pictures_test
   python/refusals_ros_test
   python/vector_environment_test)
 # Each takes about a minute. They start early, so that none runs alone at the end.

@@ -1,5 +1,5 @@
-// Images against Gymnasium's, the properties of the renderer, and rendering beside other users of
-// OpenGL: threads, renderers, the caller's current context.
+// Properties of the renderer, and rendering beside other users of OpenGL: threads, renderers, the
+// caller's current context. Python suites compare its pictures with Gymnasium's.
 #include <gtest/gtest.h>
 
 // Must precede EGL's headers, which otherwise include X11's.
@@ -31,8 +31,6 @@ namespace {
 
 using mujoco::Actions;
 
-constexpr std::uint32_t kShrinking = 4;  // record_pictures.py shrinks the reference images by this
-
 StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
                         std::uint32_t steps) {
   Stepper walker(id);
@@ -46,37 +44,6 @@ StateCapture capture_of(const std::string& id, const std::string& kind, std::uin
   StateCapture captured;
   capture(*walker.environment, steps, captured);
   return captured;
-}
-
-void expect_gymnasiums(const std::string& id, const std::string& kind, std::uint64_t seed,
-                       std::uint32_t steps) {
-  const std::string name =
-      id + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(steps);
-  SCOPED_TRACE(name);
-  const Image ours =
-      shrunk(draw(*make_renderer(id), capture_of(id, kind, seed, steps)), kShrinking);
-  const Image theirs = read_picture(name);
-  EXPECT_GT(structural_similarity(ours, theirs), 0.96);
-  EXPECT_LT(share_of_other_pixels(ours, theirs), 0.002);
-}
-
-TEST(RendererTest, EpisodesLookAsGymnasiums) {
-  expect_gymnasiums("Walker2d-v4", "balance", 1, 0);
-  expect_gymnasiums("Walker2d-v4", "balance", 1, 60);
-  expect_gymnasiums("Walker2d-v5", "saturated", 2, 0);
-  expect_gymnasiums("Walker2d-v5", "saturated", 2, 10);
-  expect_gymnasiums("Walker2d-v5", "saturated", 2, 20);
-}
-
-TEST(RendererTest, DrawsLargerThanTheModelsBuffer) {
-  const auto renderer = make_renderer(
-      "Walker2d-v5", {}, {{"width", std::int64_t{1000}}, {"height", std::int64_t{960}}});
-  const StateCapture captured = capture_of("Walker2d-v5", "saturated", 2, 10);
-  const Image large = draw(*renderer, captured);
-  ASSERT_EQ(large.rgb.size(), std::size_t{1000} * 960 * kColors);
-  const Image same =
-      draw(*make_renderer("Walker2d-v5", {}, {{"width", std::int64_t{500}}}), captured);
-  EXPECT_GT(structural_similarity(shrunk(large, 2), same), 0.9);
 }
 
 TEST(RendererTest, RejectsWrongParameters) {
