@@ -41,6 +41,16 @@ def rounded(values):
     return values.astype(np.float32).astype(np.float64)
 
 
+# Actions that do not depend on observations, by their kind.
+OPEN_LOOP = {
+    "zero": lambda random, size: np.zeros(size),
+    "saturated": lambda random, size: random.integers(-1, 2, size).astype(np.float64),
+    "random": lambda random, size: rounded(random.uniform(-1, 1, size)),
+    "outside": lambda random, size: rounded(random.uniform(-3, 3, size)),
+    "double": lambda random, size: random.uniform(-1, 1, size),
+}
+
+
 def row_of(observation, reward, terminated, truncated, info, info_names):
     """Returns observation, reward, terminated, truncated, info as a row; absent infos are NaN."""
     infos = [info.get(name, np.nan) for name in info_names]

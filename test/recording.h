@@ -4,9 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstring>
 #include <fstream>
-#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -45,10 +43,7 @@ class Recording {
 
   /// Reads a number stored as the hexadecimal bits of a float, as next_double does of a double.
   double next_float() {
-    const auto bits = static_cast<std::uint32_t>(next_hexadecimal());
-    float value = 0;
-    std::memcpy(&value, &bits, sizeof(value));
-    return double{value};
+    return double{from_float_bits(static_cast<std::uint32_t>(next_hexadecimal()))};
   }
 
  private:
@@ -92,23 +87,6 @@ struct Headline {
   std::size_t steps;
 };
 
-/// Calls play(walker, episode) for each episode of a recording. Each session, which
-/// `next_session(recording)` reads, resets one environment several times.
-template <typename NextSession, typename Play>
-void for_each_episode(Recording& recording, const NextSession& next_session, const Play& play) {
-  std::unique_ptr<Stepper> walker;
-  while (recording.has_more()) {
-    if (recording.next<std::string>() == "session") {
-      walker = next_session(recording);
-      continue;
-    }
-    const Headline episode(recording);
-    SCOPED_TRACE(walker->environment->specification().id + " " + episode.kind + " seed " +
-                 episode.seed);
-    ASSERT_NO_FATAL_FAILURE(play(*walker, episode));
-  }
-}
-
 /// Returns the low 32 bits of a row's hash, which recordings store per row.
 inline std::uint64_t short_hash(const std::vector<double>& row) {
   Hash hash;
@@ -141,26 +119,6 @@ void replay(const Headline& episode, Stepper& walker, Compare compare) {
     compare(i, action);
     if (testing::Test::HasFatalFailure()) return;
   }
-}
-
-/// Compares the values instead of hashes, so that failures show the difference.
-/// @param next_number reads an observation, a reward or an info
-template <typename Actions>
-void expect_full_episode(Recording& recording, const Headline& episode, Stepper& walker,
-                         double (Recording::*next_number)()) {
-  replay<Actions>(episode, walker, [&](std::size_t i, const std::vector<double>& action) {
-    for (const double value : action) ASSERT_EQ(to_bits(value), to_bits(recording.next_float()));
-    const std::vector<double> row = walker.row();
-    const std::size_t first_flag = walker.observation.size() + 1;
-    for (std::size_t k = 0; k < row.size(); ++k) {
-      const bool is_flag = k == first_flag || k == first_flag + 1;
-      const double expected = is_flag ? recording.next<double>() : (recording.*next_number)();
-      ASSERT_EQ(to_bits(row[k]), to_bits(expected))
-          << "step " << i << ", number " << k << ": " << row[k] << " instead of " << expected;
-    }
-  });
-  if (testing::Test::HasFatalFailure()) return;
-  ASSERT_TRUE(walker.has_ended());
 }
 
 }  // namespace walker

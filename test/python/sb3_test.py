@@ -221,10 +221,7 @@ def test_a_video(tmp_path, monkeypatch):
     recorder.recording = False
 
 
-def test_a_window(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame
-
+def test_a_window(pygame):
     environments = make_ours("BipedalWalker-v3", 2, render_mode="human", width=60, height=40)
     environments.reset()
     environments.step(np.zeros((2, 4)))

@@ -42,9 +42,11 @@ struct Tally {
   std::size_t falls = 0;
 };
 
-void compare_episode(Recording& recording, const Headline& episode, Stepper& walker, Tally& tally,
+void compare_episode(Recording& recording, Stepper& walker, Tally& tally,
                      std::set<std::string>& kinds) {
-  SCOPED_TRACE("episode " + std::to_string(tally.episodes));
+  const Headline episode(recording);
+  SCOPED_TRACE(walker.environment->specification().id + " " + episode.kind + " seed " +
+               episode.seed + ", episode " + std::to_string(tally.episodes));
   std::size_t differing = 0;
   std::size_t first_differing = 0;
   replay<Actions>(episode, walker, [&](std::size_t i, const std::vector<double>& /*action*/) {
@@ -73,12 +75,17 @@ INSTANTIATE_TEST_SUITE_P(Robots, Recordings, testing::Values("walker2d", "hopper
 /// times.
 TEST_P(Recordings, EveryStepHasGymnasiumsHash) {
   Recording recording(std::string(GetParam()) + "_episodes.txt");
+  std::unique_ptr<Stepper> walker;
   std::map<std::string, Tally> tallies;
   std::set<std::string> kinds;
-  for_each_episode(recording, next_session, [&](Stepper& walker, const Headline& episode) {
-    Tally& tally = tallies[walker.environment->specification().id];
-    compare_episode(recording, episode, walker, tally, kinds);
-  });
+  while (recording.has_more()) {
+    if (recording.next<std::string>() == "session") {
+      walker = next_session(recording);
+    } else {
+      compare_episode(recording, *walker, tallies[walker->environment->specification().id], kinds);
+      if (HasFatalFailure()) return;
+    }
+  }
   for (const auto& [id, tally] : tallies) {
     SCOPED_TRACE(id);
     std::cout << id << ": " << tally.episodes << " episodes, " << tally.steps << " steps, "
@@ -93,13 +100,33 @@ TEST_P(Recordings, EveryStepHasGymnasiumsHash) {
   EXPECT_EQ(kinds.size(), 7U);
 }
 
+/// Compares the values instead of hashes, so that failures show the difference.
 TEST_P(Recordings, FullEpisodesAreEqual) {
   Recording recording(std::string(GetParam()) + "_full_episodes.txt");
+  std::unique_ptr<Stepper> walker;
   std::size_t values = 0;
-  for_each_episode(recording, next_session, [&](Stepper& walker, const Headline& episode) {
-    expect_full_episode<Actions>(recording, episode, walker, &Recording::next_double);
-    values += (episode.steps + 1) * walker.row().size();
-  });
+  while (recording.has_more()) {
+    if (recording.next<std::string>() == "session") {
+      walker = next_session(recording);
+      continue;
+    }
+    const Headline episode(recording);
+    SCOPED_TRACE(walker->environment->specification().id + " " + episode.kind);
+    replay<Actions>(episode, *walker, [&](std::size_t i, const std::vector<double>& action) {
+      for (const double value : action) ASSERT_EQ(to_bits(value), to_bits(recording.next_float()));
+      const std::vector<double> row = walker->row();
+      const std::size_t first_flag = walker->observation.size() + 1;
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        const bool is_flag = k == first_flag || k == first_flag + 1;
+        const double expected = is_flag ? recording.next<double>() : recording.next_double();
+        ASSERT_EQ(to_bits(row[k]), to_bits(expected))
+            << "step " << i << ", number " << k << ": " << row[k] << " instead of " << expected;
+        ++values;
+      }
+    });
+    if (HasFatalFailure()) return;
+    ASSERT_TRUE(walker->has_ended());
+  }
   EXPECT_GT(values, std::string(GetParam()) == "walker2d" ? 15000U : 13000U);
 }
 
