@@ -1,4 +1,4 @@
-// Conversions between doubles and their bit patterns.
+// Conversions between floating-point numbers and their bit patterns.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +12,18 @@ namespace walker {
 
 inline double from_bits(std::uint64_t bits) {
   double value = 0;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+inline std::uint32_t float_bits(float value) {
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+inline float from_float_bits(std::uint32_t bits) {
+  float value = 0;
   std::memcpy(&value, &bits, sizeof(value));
   return value;
 }

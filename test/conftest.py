@@ -1,11 +1,8 @@
-"""Puts this folder's helper modules on sys.path and provides the fixture `rollout`."""
+"""Puts this folder and the folders of the other shared helper modules on sys.path."""
 
-import pytest
-from rollout_tool import Rollout
+import pathlib
+import sys
 
-
-@pytest.fixture()
-def rollout():
-    tool = Rollout()
-    yield tool
-    tool.close()
+TEST = pathlib.Path(__file__).resolve().parent
+FOLDERS = ("bench", "python", "robots/bipedal_walker", "robots/mujoco", "recordings", "server")
+sys.path += [str(TEST / folder) for folder in FOLDERS]

@@ -27,7 +27,7 @@ class Session(NamedTuple):
 
 
 class Episode(NamedTuple):
-    """A played episode: actions, shape (n, action size), and n + 1 rows as from rollout_tool.
+    """A played episode: actions, shape (n, action size), and n + 1 rows as from row_of.
 
     Row 0 holds the reset's observation, reward 0, flags 0 and info.
     """
@@ -39,6 +39,16 @@ class Episode(NamedTuple):
 def rounded(values):
     """Rounds to single precision."""
     return values.astype(np.float32).astype(np.float64)
+
+
+# Actions that do not depend on observations, by their kind.
+OPEN_LOOP = {
+    "zero": lambda random, size: np.zeros(size),
+    "saturated": lambda random, size: random.integers(-1, 2, size).astype(np.float64),
+    "random": lambda random, size: rounded(random.uniform(-1, 1, size)),
+    "outside": lambda random, size: rounded(random.uniform(-3, 3, size)),
+    "double": lambda random, size: random.uniform(-1, 1, size),
+}
 
 
 def row_of(observation, reward, terminated, truncated, info, info_names):

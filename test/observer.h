@@ -1,14 +1,18 @@
 // An environment whose observations are also built from its sensors.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "error_message.h"
 #include "pose_algebra.h"
 #include "stepper.h"
 #include "walker_sim/observation_builder.h"
@@ -94,6 +98,34 @@ class Observer {
   }
 
   Sensors sensors_;
+};
+
+/// A test that changes the measurements of one instant.
+class ChangedMeasurements : public testing::Test {
+ protected:
+  explicit ChangedMeasurements(const std::string& id, const Parameters& parameters = {})
+      : observer_(id, parameters) {}
+
+  using Change = std::function<void(Measurements&)>;
+
+  std::vector<std::size_t> changed_by(const Change& change) const {
+    return observer_.changed_by(measurements_, change);
+  }
+
+  /// Returns the error message. The observation must stay untouched.
+  std::string refusal(const Change& change) const {
+    Measurements other = measurements_;
+    change(other);
+    const std::vector<double> before(observer_.built.size(), -7);
+    std::vector<double> observation = before;
+    std::string message = message_of<std::invalid_argument>(
+        [&] { observer_.builder->build(other, observation.data()); });
+    EXPECT_EQ(observation, before) << "untouched";
+    return message;
+  }
+
+  Observer observer_;
+  Measurements measurements_;
 };
 
 }  // namespace walker

@@ -9,18 +9,17 @@ set(short_suites
   package_xml_test
   python/answers_test
   python/bad_input_test
-  python/bits_bipedal_walker_test
   python/bits_ros_test
-  python/bits_mujoco_test
   python/environment_test
   python/environment_threads_test
   python/keywords_test
   python/package_test
+  python/recorded_pictures_test
   python/refusals_ros_test
-  python/vector_environment_test
-  robots/mujoco/spaces_gymnasium_test)
+  python/vector_environment_test)
 # Each takes about a minute. They start early, so that none runs alone at the end.
-set(slow_suites bench/bench_test robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
+set(slow_suites bench/bench_test robots/bipedal_walker/episodes_gymnasium_test
+  robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
   robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # stages.cmake runs these in separate virtual environments.
 set(other_suites python/normalization_test python/readme_wheel_test python/rosnodejs_test
@@ -30,10 +29,14 @@ add_library(walker_sim_c_interface MODULE EXCLUDE_FROM_ALL test/c_interface.cpp)
 target_include_directories(walker_sim_c_interface PRIVATE test)
 target_link_libraries(walker_sim_c_interface PRIVATE walker_sim_core walker_sim_flags)
 set_target_properties(walker_sim_c_interface PROPERTIES INSTALL_RPATH "$ORIGIN")
+add_library(walker_sim_draws MODULE EXCLUDE_FROM_ALL test/draws.cpp)
+target_include_directories(walker_sim_draws PRIVATE test)
+target_link_libraries(walker_sim_draws PRIVATE walker_sim_core_objects walker_sim_flags Threads::Threads
+  ${CMAKE_DL_LIBS})
 
 string(CONCAT suite_environment
   "PYTHONDONTWRITEBYTECODE=1"
-  ";WALKER_SIM_ROLLOUT=$<TARGET_FILE:walker_sim_rollout>"
+  ";WALKER_SIM_DRAWS=$<TARGET_FILE:walker_sim_draws>"
   ";WALKER_SIM_CORE_LIBRARY=$<TARGET_FILE:walker_sim_core>"
   ";WALKER_SIM_C_INTERFACE=$<TARGET_FILE:walker_sim_c_interface>"
   ";WALKER_SIM_KERNEL_OBJECTS="
@@ -52,7 +55,7 @@ function(walker_sim_add_suite path)
   if(path IN_LIST slow_suites)
     set_tests_properties(${name} PROPERTIES COST 1)
   endif()
-  set(tools walker_sim_python walker_sim_c_interface walker_sim_core walker_sim_rollout)
+  set(tools walker_sim_python walker_sim_c_interface walker_sim_core walker_sim_draws)
   if(path STREQUAL "bench/bench_test")
     list(APPEND tools benchmarks)
   endif()

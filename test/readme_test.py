@@ -12,7 +12,6 @@ import re
 import shlex
 import signal
 import subprocess
-import sys
 import threading
 import time
 import types
@@ -20,12 +19,10 @@ import xmlrpc.client
 
 import pytest
 import rospy.core
+from bare_ros import CALLER, TIMEOUT, free_port, wait_for
+from launched import LoggedProcess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "test" / "server"))
-from bare_ros import CALLER, TIMEOUT, free_port, wait_for  # noqa: E402
-from launched import LoggedProcess  # noqa: E402
-
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
 PAGES = {
     str(path.relative_to(ROOT)): path.read_text(encoding="utf-8")

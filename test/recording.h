@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -44,10 +43,7 @@ class Recording {
 
   /// Reads a number stored as the hexadecimal bits of a float, as next_double does of a double.
   double next_float() {
-    const auto bits = static_cast<std::uint32_t>(next_hexadecimal());
-    float value = 0;
-    std::memcpy(&value, &bits, sizeof(value));
-    return double{value};
+    return double{from_float_bits(static_cast<std::uint32_t>(next_hexadecimal()))};
   }
 
  private:

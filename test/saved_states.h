@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <random>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bits.h"
+#include "error_message.h"
 #include "stepper.h"
 
 namespace walker {
@@ -22,6 +25,13 @@ inline State save(const Stepper& walker) {
 
 inline Progress load(Stepper& walker, const State& state) {
   return walker.environment->load_state(state.data(), state.size(), walker.result);
+}
+
+constexpr const char* kNothing = "nothing thrown";
+
+/// Returns the message of the error with which the state is rejected, or kNothing.
+inline std::string refusal(Stepper& walker, const State& state) {
+  return message_of<std::invalid_argument>([&] { load(walker, state); });
 }
 
 inline std::vector<double> look_at(Environment& environment) {
@@ -82,6 +92,48 @@ void expect_alike_from_here(Stepper& actual, Stepper& expected, Actions&& action
     if (reset == num_resets) return;
     expected.reset();
     actual.reset();
+  }
+}
+
+/// Plays up to `most_steps` random steps between saves. Each state is loaded by a fresh environment
+/// and by one amid its own episode; both must be like an environment that is never saved.
+/// @param actions_of returns the source of actions with this seed
+template <typename Saver, typename Loader, typename ActionsOf>
+void expect_same_future(const Saver& make_saver, const Loader& make_loader,
+                        const ActionsOf& actions_of, int times, unsigned most_steps) {
+  Stepper original = make_saver();
+  Stepper untouched = make_saver();
+  Stepper other = make_loader();
+  original.reset(21);
+  untouched.reset(21);
+  other.reset(5);
+  auto actions = actions_of(1);
+  std::vector<double> action;
+  std::mt19937 random(3);
+  for (int time = 0; time < times; ++time) {
+    SCOPED_TRACE("time " + std::to_string(time));
+    for (auto i = random() % most_steps; i > 0; --i) {
+      if (original.has_ended()) {
+        original.reset();
+        untouched.reset();
+        continue;
+      }
+      actions.draw(original.observation, action);
+      original.step(action);
+      untouched.step(action);
+    }
+    const State state = save(original);
+    Stepper fresh = make_loader();
+    load(fresh, state);
+    load(other, state);
+    ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched));
+    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, actions_of(time)));
+    load(other, state);
+    ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched));
+    Stepper twin = make_saver();
+    load(twin, state);
+    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(twin, other, actions_of(time)));
+    if (time % 2 == 1) other.reset(time);  // terrain differs from that of the next state
   }
 }
 

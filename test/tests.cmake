@@ -165,16 +165,12 @@ endif()
 # ---------------------------------------------------------------- fuzz targets
 include(test/fuzz/fuzz.cmake)
 
-# ---------------------------------------------------------------- programs that tests and benchmarks call
-# Python tests drive it through a pipe and compare its steps with Gymnasium's.
-add_executable(walker_sim_rollout EXCLUDE_FROM_ALL test/rollout.cpp)
+# ---------------------------------------------------------------- programs that benchmarks call
 foreach(name benchmark ping_pong)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/bench/${name}.cpp)
+  target_include_directories(walker_sim_${name} PRIVATE test)
+  target_link_libraries(walker_sim_${name} PRIVATE walker_sim_core_objects Threads::Threads ${CMAKE_DL_LIBS})
   list(APPEND benchmark_tools walker_sim_${name})
-endforeach()
-foreach(tool walker_sim_rollout ${benchmark_tools})
-  target_include_directories(${tool} PRIVATE test)
-  target_link_libraries(${tool} PRIVATE walker_sim_core_objects Threads::Threads ${CMAKE_DL_LIBS})
 endforeach()
 foreach(name lockstep_roscpp null_server)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/bench/${name}.cpp)

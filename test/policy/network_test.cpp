@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>
 
+#include "bits.h"
 #include "policy/arithmetic.h"
 
 namespace {
@@ -44,22 +44,10 @@ extern "C" void* malloc(std::size_t size) noexcept {  // NOLINT
 namespace walker {
 namespace {
 
-std::uint32_t bits(float value) {
-  std::uint32_t word = 0;
-  std::memcpy(&word, &value, sizeof word);
-  return word;
-}
-
-float of_bits(std::uint32_t word) {
-  float value = 0;
-  std::memcpy(&value, &word, sizeof value);
-  return value;
-}
-
 /// FNV-1a hash over 32-bit words.
 class Hash {
  public:
-  void add(float value) { hash_ = (hash_ ^ bits(value)) * 1099511628211U; }
+  void add(float value) { hash_ = (hash_ ^ float_bits(value)) * 1099511628211U; }
   std::uint64_t get() const { return hash_; }
 
  private:
@@ -119,7 +107,8 @@ void expect_same_product(const Product& given) {
     Eigen::VectorXf alone = given.bias;
     add({given.weight, inputs.col(k), given.bias}, alone);
     for (Eigen::Index i = 0; i < alone.size(); ++i) {
-      ASSERT_EQ(bits(results(i, k)), bits(alone[i])) << lanes << " lanes, " << alone.size();
+      ASSERT_EQ(float_bits(results(i, k)), float_bits(alone[i]))
+          << lanes << " lanes, " << alone.size();
     }
   }
 }
@@ -135,7 +124,7 @@ TEST_F(ArithmeticTest, BatchedProductsHaveTheSameBits) {
 
 TEST_F(ArithmeticTest, TanhIsAccurate) {
   for (std::uint32_t word = 0; word < 0xff000000U; word += 9973) {
-    const float value = of_bits(word);
+    const float value = from_float_bits(word);
     if (std::isnan(value)) continue;
     ASSERT_NEAR(rational_tanh(value), std::tanh(static_cast<double>(value)), 4e-7) << value;
   }
@@ -166,17 +155,18 @@ TEST_F(ArithmeticTest, ProductHasEigensBits) {
     Eigen::VectorXf eigens = given.bias;
     eigens.noalias() += given.weight * given.input;
     for (Eigen::Index i = 0; i < rows; ++i) {
-      ASSERT_EQ(bits(result[i]), bits(eigens[i])) << rows << " x " << columns << ", " << i;
+      ASSERT_EQ(float_bits(result[i]), float_bits(eigens[i]))
+          << rows << " x " << columns << ", " << i;
     }
   }
 }
 
 TEST_F(ArithmeticTest, TanhHasEigensBits) {
   for (std::uint32_t word = 0; word < 0xff000000U; word += 9973) {
-    const float value = of_bits(word);
+    const float value = from_float_bits(word);
     if (std::isnan(value)) continue;
     const Eigen::Array4f eigens = Eigen::Array4f::Constant(value).tanh();
-    ASSERT_EQ(bits(rational_tanh(value)), bits(eigens[0])) << value;
+    ASSERT_EQ(float_bits(rational_tanh(value)), float_bits(eigens[0])) << value;
   }
 }
 

@@ -124,12 +124,22 @@ def test_two_cameras(maker):
         maker(camera_id=0, camera_name="track")
 
 
-@rows("env_id", ["\udcff", 7, None, LONGER, "Walker2d-v5\0", "x" * 9999, "Walker2d-v3"])
+@rows(
+    ("env_id", "error", "thing"),
+    [
+        *((text, (ValueError, TypeError), "") for text in ("\udcff", "Walker2d-v5\0")),
+        *((value, (ValueError, TypeError), "") for value in (7, None, LONGER)),
+        ("x" * 9999, ValueError, ""),
+        ("Walker2d-v3", ValueError, "Walker2d-v3: unknown"),
+        ("walker_sim/Ant-v4", ValueError, "Ant-v4: unknown"),
+        ("other/Walker2d-v5", ValueError, "other/Walker2d-v5: unknown"),
+    ],
+)
 @MAKERS
-def test_ids(maker, env_id):
-    with pytest.raises((ValueError, TypeError)) as refused:
+def test_ids(maker, env_id, error, thing):
+    with pytest.raises(error) as refused:
         maker(env_id)
-    assert_names(refused, "environment ")
+    assert_names(refused, f"environment {thing}")
 
 
 COUNTS = [

@@ -13,10 +13,7 @@ def test_sides_take_turns_in_both_orders():
 
 
 def test_ratios_compare_the_same_round():
-    speeds = {
-        bench.GYMNASIUM: [100.0, 200.0, 400.0],
-        "ours": [300.0, 800.0, 800.0],
-    }
+    speeds = {bench.GYMNASIUM: [100.0, 200.0, 400.0], "ours": [300.0, 800.0, 800.0]}
     lines = bench.table(speeds)
     assert lines[1].split()[3:6] == ["200", "±75%", "x1.00"]
     assert lines[2].split()[1:7] == ["800", "±31%", "x3.00", "(2.00", "to", "4.00)"]

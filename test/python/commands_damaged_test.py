@@ -3,6 +3,7 @@
 The damage is drawn from a fixed seed: flipped bits, overwritten bytes, deleted parts, truncation.
 """
 
+import io
 import os
 import re
 import struct
@@ -68,6 +69,12 @@ def test_damaged_recording(recordings, index, tmp_path, command):
     assert statuses.count(2) > TRIALS / 3
 
 
+@pytest.fixture
+def arrays(recordings):
+    with np.load(io.BytesIO(recordings[1])) as loaded:
+        return dict(loaded)
+
+
 def changed(arrays, random):
     name = sorted(arrays)[random.integers(len(arrays))]
     array = arrays[name]
@@ -87,12 +94,9 @@ def changed(arrays, random):
     return {**arrays, name: choices[random.integers(len(choices))]()}
 
 
-def test_recording_with_changed_arrays(recordings, tmp_path, command):
+def test_recording_with_changed_arrays(arrays, tmp_path, command):
     random = np.random.default_rng(9)
     file = tmp_path / "walk.npz"
-    file.write_bytes(recordings[1])
-    with np.load(file) as loaded:
-        arrays = dict(loaded)
     statuses = []
     for _ in range(2 * TRIALS):
         np.savez(file, **changed(arrays, random))
@@ -123,11 +127,8 @@ def test_recording_with_changed_arrays(recordings, tmp_path, command):
         ({"parameter_values": np.array(["1"])}, "parameter_names does not fit parameter_values"),
     ],
 )
-def test_error_names_inconsistent_array(recordings, tmp_path, command, change, message):
+def test_error_names_inconsistent_array(arrays, tmp_path, command, change, message):
     file = tmp_path / "walk.npz"
-    file.write_bytes(recordings[1])
-    with np.load(file) as loaded:
-        arrays = dict(loaded)
     arrays = {name: array for name, array in {**arrays, **change}.items() if array is not None}
     np.savez(file, **arrays)
     assert f"{file}: {message}" in command("record", "--check", file, status=2).err

@@ -13,6 +13,7 @@ from walker_sim.commands.policies import make_policies
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.rendering import Pictures
 from walker_sim.window import Pace
+from walkers import shown
 
 WALKER = "BipedalWalker-v3"
 SEEDS = [3, 8]
@@ -50,10 +51,6 @@ def pass_time(viewer, clock, seconds):
     while clock.time < end - 1e-9:
         viewer.advance()
         clock.time += DT / 64
-
-
-def shown(pygame):
-    return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
 
 
 def test_steps_in_real_time(viewer, clock):

@@ -1,21 +1,14 @@
-"""Fixtures of the Python suites. Puts the folders of the shared helper modules on sys.path."""
+"""Fixtures of the Python suites."""
 
 import itertools
 import os
 import pathlib
 import signal
-import sys
 import types
 import xmlrpc.client
 from typing import NamedTuple
 
 import pytest
-
-TEST = pathlib.Path(__file__).resolve().parents[1]
-sys.path += [
-    str(TEST / folder)
-    for folder in ("bench", "robots/bipedal_walker", "robots/mujoco", "recordings", "server")
-]
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Gymnasium's API of a single in-process environment. Other suites compare the bits."""
 
 import copy
+import inspect
 import warnings
 
 import gymnasium
@@ -8,8 +9,9 @@ import numpy as np
 import pytest
 import walker_sim
 from gymnasium.utils.env_checker import check_env
-from walker_sim import WalkerEnv
-from walkers import IDS, diverging, follow, make_ours, make_theirs, random_actions
+from mujoco_reference import own_model
+from walker_sim import WalkerEnv, _core
+from walkers import IDS, ROBOTS, diverging, follow, make_ours, make_theirs, random_actions
 
 PAIRS = pytest.mark.parametrize("environment_id", IDS)
 
@@ -44,7 +46,6 @@ def test_specification(environment_id):
     assert ours.spec.id == f"walker_sim/{environment_id}"
     assert ours.spec.id in walker_sim.ids()
     assert wrapper_types(ours) == wrapper_types(theirs)
-    assert ours.unwrapped.dt == pytest.approx(1 / theirs.metadata["render_fps"], rel=1e-12)
 
 
 WITH_POSITION = {"exclude_current_positions_from_observation": False}
@@ -55,18 +56,23 @@ WITH_POSITION = {"exclude_current_positions_from_observation": False}
     [
         *((environment_id, {}) for environment_id in IDS),
         ("BipedalWalker-v3", {"hardcore": True}),
-        ("Walker2d-v4", WITH_POSITION),
+        *((environment_id, WITH_POSITION) for environment_id in ROBOTS),
         ("Walker2d-v5", {**WITH_POSITION, "frame_skip": 5}),
+        *((robot, {"frame_skip": n}) for robot in ROBOTS[1::2] for n in (1, 3, 4, 5, 10)),
     ],
 )
 def test_spaces_and_metadata(environment_id, parameters):
     ours, theirs = (make(environment_id, **parameters) for make in (make_ours, make_theirs))
     assert ours.metadata == theirs.metadata
+    is_robot = environment_id in ROBOTS
+    assert ours.unwrapped.dt == (theirs.unwrapped.dt if is_robot else 1 / 50)
     assert ours.reset(seed=3)[0].shape == theirs.reset(seed=3)[0].shape
     for name in ("observation_space", "action_space"):
         our_space, their_space = getattr(ours, name), getattr(theirs, name)
         assert our_space == their_space
         assert our_space.dtype == their_space.dtype
+        assert our_space.low.tobytes() == their_space.low.tobytes()
+        assert our_space.high.tobytes() == their_space.high.tobytes()
         for space in (our_space, their_space):
             space.seed(5)
         assert our_space.sample().tobytes() == their_space.sample().tobytes()
@@ -88,6 +94,21 @@ def test_results_have_gymnasiums_types_and_names(environment_id):
     theirs = make_theirs(environment_id)  # may skip the rest
     assert list(first_info) == list(theirs.reset(seed=2)[1])
     assert list(info) == list(theirs.step(action)[-1])
+
+
+@pytest.mark.parametrize("environment_id", ROBOTS)
+def test_parameters_and_their_defaults(environment_id):
+    environment = make_theirs(environment_id)
+    signature = inspect.signature(type(environment.unwrapped).__init__).parameters
+    theirs = {name: parameter.default for name, parameter in signature.items()}
+    for name in ("self", "default_camera_config", "kwargs"):  # the last two are for rendering
+        theirs.pop(name, None)
+    theirs["max_episode_steps"] = environment.spec.max_episode_steps
+    ours = _core.Environment(environment_id, {}).specification["parameters"]
+    assert list(ours) == list(theirs)
+    if "xml_file" in theirs:
+        theirs["xml_file"] = own_model(environment_id)  # the same model under a versioned name
+    assert _core.Environment(environment_id, theirs).specification["parameters"] == ours
 
 
 def state_after_seed(environment, seed):

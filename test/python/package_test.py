@@ -5,7 +5,6 @@ import functools
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
@@ -13,23 +12,16 @@ import gymnasium
 import pytest
 import walker_sim
 from walker_sim import _core
-from walkers import IDS
+from walkers import IDS, run_python
 
 SOURCE = pathlib.Path(__file__).parents[2]
 WITH_CORE = pathlib.Path(_core.__file__).parents[1]
 MAKE = "gymnasium.make('walker_sim/BipedalWalker-v3').reset(seed=1)"
 
 
-def last_line(program, *folders):
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, folders))},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
-    return done.stdout.strip().splitlines()[-1]
+def last_line(program, *folders, status=0):
+    path = os.pathsep.join(map(str, folders))
+    return "".join(run_python(program, PYTHONPATH=path, status=status)).strip().splitlines()[-1]
 
 
 @pytest.fixture()
@@ -98,7 +90,7 @@ def test_the_extension_module_may_be_in_another_folder(files):
 
 
 def test_without_an_extension_module(files):
-    message = last_line(f"import gymnasium, walker_sim; {MAKE}", files)
+    message = last_line(f"import gymnasium, walker_sim; {MAKE}", files, status=1)
     version = ".".join(map(str, sys.version_info[:2]))
     assert f"walker_sim has no extension module for this Python, {version} " in message
     assert str(files) in message

@@ -4,8 +4,6 @@ The environments use reuse_world, because Gymnasium keeps the Box2D world betwee
 """
 
 import copy
-import os
-import pathlib
 import pickle
 import sys
 import types
@@ -155,15 +153,6 @@ def test_a_learner_makes_the_id():
     assert isinstance(model.get_env().unwrapped.envs[0].unwrapped, walker_sim.WalkerEnv)
 
 
-def test_learning_gives_equal_policies():
-    policies = []
-    for environments in (make_ours("BipedalWalker-v3", 2), make_reference("BipedalWalker-v3", 2)):
-        model = PPO("MlpPolicy", environments, n_steps=128, n_epochs=2, seed=SEED, device="cpu")
-        model.learn(512)
-        policies.append({k: v.numpy() for k, v in model.policy.state_dict().items()})
-    assert_equal(*policies)
-
-
 @pytest.mark.parametrize("env_id", walker_sim.ids())
 def test_check_env_without_a_warning(env_id):
     environment = gymnasium.make(env_id)
@@ -232,10 +221,7 @@ def test_a_video(tmp_path, monkeypatch):
     recorder.recording = False
 
 
-def test_a_window(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    import pygame
-
+def test_a_window(pygame):
     environments = make_ours("BipedalWalker-v3", 2, render_mode="human", width=60, height=40)
     environments.reset()
     environments.step(np.zeros((2, 4)))
@@ -272,20 +258,15 @@ def test_calls_out_of_order():
         environments.reset()
 
 
-def test_over_ros_as_in_process(tmp_path):
-    sys.path.append(str(pathlib.Path(__file__).parent.parent / "bench"))
-    from ros import Master
-
-    programs = pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"])
-    common = {"env": "Walker2d-v5", "num_envs": NUM_ENVS, "max_episode_steps": 12}
-    with Master(types.SimpleNamespace(folder=tmp_path, programs=programs)) as master:
-        name, _ = master.server(mode="lockstep", autoreset_mode="same_step", **common)
-        remote = make_ours("Walker2d-v5", transport="ros", server=name)
-        ours = make_ours("Walker2d-v5")
-        remote.seed(SEED)
-        ours.seed(SEED)
-        assert_same_course(remote, ours, 60)
-        remote.close()
+def test_over_ros_as_in_process(serve):
+    common = {"num_envs": NUM_ENVS, "max_episode_steps": LIMITS["Walker2d-v5"]}
+    name, _ = serve("Walker2d-v5", autoreset_mode="same_step", **common)
+    remote = make_ours("Walker2d-v5", transport="ros", server=name)
+    ours = make_ours("Walker2d-v5")
+    remote.seed(SEED)
+    ours.seed(SEED)
+    assert_same_course(remote, ours, 60)
+    remote.close()
 
 
 def test_states_by_env_method():

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 import walker_sim
 from gymnasium.wrappers import vector
-from walkers import IDS, make_many, parts, random_actions
+from walkers import IDS, make_many, parts, random_actions, shown
+
+pytestmark = pytest.mark.usefixtures("pygame")
 
 NUM_ENVS = 3
 WALKER = "BipedalWalker-v3"
-
-
-@pytest.fixture(autouse=True)
-def dummy_display(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
 
 
 def make(env_id, mode="rgb_array", **keywords):
@@ -83,14 +80,11 @@ def test_after_an_autoreset_the_new_episode_is_shown():
     assert num_ends > 0
 
 
-def test_a_window_shows_the_first_walker():
-    import pygame
-
+def test_a_window_shows_the_first_walker(pygame):
     environments = bring(make(WALKER, "human"), 4)
     drawn = bring(make(WALKER), 4)
     assert environments.render() is None
-    shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
-    assert np.array_equal(shown, drawn.render()[0])
+    assert np.array_equal(shown(pygame), drawn.render()[0])
     environments.close()
     assert pygame.display.get_surface() is None
 

@@ -87,6 +87,11 @@ def parts(picture):
     return picture if isinstance(picture, tuple) else (picture,)
 
 
+def shown(pygame):
+    """Returns the picture in the window."""
+    return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
+
+
 def run_python(program, *arguments, status=0, warns=False, **variables):
     """Runs a program in a new process, whose exit status must be `status`. Returns its stdout and
     stderr."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from walker_sim import WalkerEnv
 from walker_sim.window import MAX_LAG, MAX_PICTURE_INTERVAL, MIN_PICTURE_INTERVAL, Pace, Window
-from walkers import follow, make_ours, random_actions, run_python, through_pickle
+from walkers import follow, make_ours, random_actions, run_python, shown, through_pickle
 
 DT = 1 / 50
 
@@ -67,10 +67,6 @@ def test_a_long_lag_is_dropped(clock):
 
 def picture(value):
     return np.full((40, 60, 3), value, np.uint8)
-
-
-def shown(pygame):
-    return pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
 
 
 def test_a_window_opens_shows_and_closes(pygame):

@@ -21,7 +21,6 @@ import recording_file
 from gymnasium_reference import Plan, Session
 from mujoco_reference import IDS, INFO_NAMES, KINDS, MODELS, action_size, comparable, play, robot_of
 from recording_file import LARGE_SEEDS, double_bits, float_bits, hash_lines, headline
-from rollout_tool import parameter_text
 
 write = functools.partial(
     recording_file.write,
@@ -107,6 +106,15 @@ def edge_sessions(environment_id):
         for edges in ((float(values.min()), high), (low, float(values.max()))):
             for lasting in ({}, {**LASTING, "max_episode_steps": len(heights)}):
                 yield Session(environment_id, {name: edges, **lasting}, [plan])
+
+
+def parameter_text(value):
+    """Formats a parameter's value for src/base/parameter_text.h."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (tuple, list)):
+        return "[" + ",".join(map(repr, map(float, value))) + "]"
+    return str(value)
 
 
 def session_line(session):

@@ -1,11 +1,11 @@
-"""Writes Gymnasium's renderings to pictures/, for tests that do not need Gymnasium.
+"""Writes Gymnasium's renderings to pictures/, for test/python/recorded_pictures_test.py.
 
     export PYTHONPATH=test:test/robots/bipedal_walker:test/robots/mujoco
     python test/recordings/record_pictures.py
 
 Needs gymnasium[box2d,mujoco] 1.4.0 with box2d 2.3.10, pygame 2.6.1, mujoco 4.0.0, OpenGL, NumPy 2
-and pillow. test/pictures.h reads the pictures. A picture's name is ID_KIND_SEED_STEP. Walker2d is
-rendered with the model's camera `track` and reduced to a quarter of its width and height.
+and pillow. A picture's name is ID_KIND_SEED_STEP. Walker2d is rendered with the model's camera
+`track` and reduced to a quarter of its width and height.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import gymnasium
 import numpy as np
 from gymnasium.envs.box2d import bipedal_walker
-from gymnasium_reference import play_episode, rounded
+from gymnasium_reference import OPEN_LOOP, play_episode, rounded
 
 IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3")
 KINDS = ("random", "heuristic", "noisy", "zero", "saturated", "outside", "double")
@@ -24,16 +24,8 @@ class Actions:
 
     def draw(self, observation):
         assert observation.dtype == np.float32
-        if self._kind == "zero":
-            return np.zeros(4)
-        if self._kind == "saturated":
-            return self._random.integers(-1, 2, 4).astype(np.float64)
-        if self._kind == "random":
-            return rounded(self._random.uniform(-1, 1, 4))
-        if self._kind == "outside":
-            return rounded(self._random.uniform(-3, 3, 4))
-        if self._kind == "double":
-            return self._random.uniform(-1, 1, 4)
+        if self._kind in OPEN_LOOP:
+            return OPEN_LOOP[self._kind](self._random, 4)
         action = self._heuristic.step_heuristic(observation).copy()  # it reuses its array
         if self._kind == "noisy":
             return rounded(action + self._random.uniform(-0.5, 0.5, 4))

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "error_message.h"
 #include "observer.h"
 #include "robots/bipedal_walker/player.h"
 
@@ -65,8 +64,10 @@ TEST(ObservationBuilderTest, TakesTheEnvironmentsParameters) {
   EXPECT_THROW(walker::make_observation_builder(id + "0"), std::invalid_argument);
 }
 
-class MeasurementsTest : public testing::Test {
+class MeasurementsTest : public ChangedMeasurements {
  protected:
+  MeasurementsTest() : ChangedMeasurements("BipedalWalker-v3") {}
+
   void SetUp() override {
     observer_.reset(3);
     Actions actions("heuristic", 0);
@@ -84,26 +85,9 @@ class MeasurementsTest : public testing::Test {
     return observation;
   }
 
-  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) const {
-    return observer_.changed_by(measurements_, change);
-  }
-
-  std::string refusal(const std::function<void(Measurements&)>& change) {
-    Measurements other = measurements_;
-    change(other);
-    std::vector<double> observation(kObservationSize, -7);
-    std::string message = message_of<std::invalid_argument>(
-        [&] { observer_.builder->build(other, observation.data()); });
-    EXPECT_EQ(observation, std::vector<double>(kObservationSize, -7)) << "untouched";
-    return message;
-  }
-
   void turn_hull(double angle) {
     measurements_.orientation = {0, -std::sin(angle / 2), 0, std::cos(angle / 2)};
   }
-
-  Observer observer_{"BipedalWalker-v3"};
-  Measurements measurements_;
 };
 
 using Indices = std::vector<std::size_t>;

@@ -1,9 +1,9 @@
 """Images against those of the installed Gymnasium in the same states."""
 
-import numpy as np
 import pytest
 from bipedal_walker_reference import IDS, draw_episode
 from picture_comparison import compare
+from walkers import make_ours
 
 # Kind of the actions, seed, steps. They cover every kind of terrain, falls to both sides, the flag
 # and the end of the terrain.
@@ -26,23 +26,23 @@ STATES = {
 }
 
 
-def pairs(rollout, environment_id):
+def pairs(environment_id):
     """Yields our image and Gymnasium's for each of STATES."""
-    rollout.make(environment_id)
+    ours = make_ours(environment_id, render_mode="rgb_array")
     for kind, seed, steps in STATES[environment_id]:
-        rollout.reset(seed)
+        ours.reset(seed=seed)
         for step, (action, theirs) in enumerate(draw_episode(environment_id, kind, seed)):
             if action is not None:
-                rollout.step(action[np.newaxis])
+                ours.step(action)
             if step in steps:
-                yield rollout.render(600, 400), theirs
+                yield ours.render(), theirs
             if step == max(steps):
                 break
 
 
 @pytest.mark.parametrize("environment_id", IDS)
-def test_pictures_are_gymnasiums(rollout, environment_id, capsys):
-    similarities, others = compare(pairs(rollout, environment_id), environment_id, capsys)
+def test_pictures_are_gymnasiums(environment_id, capsys):
+    similarities, others = compare(pairs(environment_id), environment_id, capsys)
     assert len(similarities) == 20
     assert min(similarities) > 0.998
     assert max(others) < 80

@@ -1,4 +1,4 @@
-// Images against Gymnasium's, and the properties of the renderer.
+// Properties of the renderer. Python suites compare its pictures with Gymnasium's.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,11 +6,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "error_message.h"
@@ -54,78 +52,12 @@ std::vector<StateCapture> some_captures() {
   return captures;
 }
 
-/// Image in test/recordings/pictures.
-struct Recorded {
-  const char* id;
-  const char* kind;
-  std::uint64_t seed;
-  std::uint32_t step;
-};
-
 class RendererTest : public testing::Test {
  protected:
   const std::unique_ptr<Renderer> renderer_ = make_renderer("BipedalWalker-v3");
   StateCapture captured_ = capture_of("BipedalWalker-v3", "zero", 0, 0);
   Image image_;
 };
-
-TEST_F(RendererTest, LooksAsGymnasiums) {
-  for (const auto& [id, kind, seed, step] : {Recorded{"BipedalWalker-v3", "heuristic", 6, 0},
-                                             {"BipedalWalker-v3", "heuristic", 6, 9},
-                                             {"BipedalWalker-v3", "heuristic", 6, 150},
-                                             {"BipedalWalker-v3", "heuristic", 6, 1544},
-                                             {"BipedalWalker-v3", "noisy", 14, 83},
-                                             {"BipedalWalkerHardcore-v3", "heuristic", 4, 0},
-                                             {"BipedalWalkerHardcore-v3", "heuristic", 4, 200},
-                                             {"BipedalWalkerHardcore-v3", "heuristic", 4, 610},
-                                             {"BipedalWalkerHardcore-v3", "saturated", 9, 82}}) {
-    const std::string name =
-        std::string(id) + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(step);
-    SCOPED_TRACE(name);
-    const Image ours = draw(capture_of(id, kind, seed, step));
-    const Image theirs = read_picture(name);
-    EXPECT_GT(structural_similarity(ours, theirs), 0.995);
-    EXPECT_LT(share_of_other_pixels(ours, theirs), 0.0005);
-  }
-}
-
-std::map<std::array<int, kColors>, int> palette(const Image& image) {
-  std::map<std::array<int, kColors>, int> counts;
-  for (std::size_t i = 0; i < image.rgb.size(); i += kColors) {
-    ++counts[{image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}];
-  }
-  return counts;
-}
-
-/// Colours that cover more than a blended edge are equal; structural similarity would not detect a
-/// small difference in colour.
-TEST_F(RendererTest, ColorsAreGymnasiums) {
-  constexpr int kMoreThanABlend = 60;  // [pixel]
-  for (const auto& [id, seed] :
-       {std::pair("BipedalWalker-v3", 6U), std::pair("BipedalWalkerHardcore-v3", 4U)}) {
-    const auto ours = palette(draw(capture_of(id, "heuristic", seed, 0)));
-    std::size_t compared = 0;
-    for (const auto& [color, count] :
-         palette(read_picture(std::string(id) + "_heuristic_" + std::to_string(seed) + "_0"))) {
-      if (count < kMoreThanABlend) continue;
-      ++compared;
-      const auto found = ours.find(color);
-      ASSERT_NE(found, ours.end()) << id << ": " << testing::PrintToString(color);
-      EXPECT_NEAR(found->second, count, 0.05 * count) << testing::PrintToString(color);
-    }
-    EXPECT_GE(compared, 11U);  // sky, clouds, ground, hull, legs, outlines, flag
-  }
-}
-
-TEST_F(RendererTest, DependsOnTheCaptureAlone) {
-  const std::vector<StateCapture> captures = some_captures();
-  const std::vector<Image> forward = draw_all(*renderer_, captures);
-  for (std::size_t i = captures.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer_, captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_EQ(draw(captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
-  }
-}
 
 TEST_F(RendererTest, TwoThreadsCanDraw) {
   const std::vector<StateCapture> captures = some_captures();
@@ -146,34 +78,6 @@ TEST_F(RendererTest, TwoThreadsCanDraw) {
   other.join();
   EXPECT_EQ(here, 0);
   EXPECT_EQ(there, 0);
-}
-
-TEST_F(RendererTest, ChangesNoBitOfAnEpisode) {
-  for (const char* id : {"BipedalWalker-v3", "BipedalWalkerHardcore-v3"}) {
-    Stepper drawn(id);
-    Stepper alone(id);
-    const auto renderer = make_renderer(id);
-    Actions actions("random", 2);
-    StateCapture captured;
-    Image image;
-    std::vector<double> action;
-    drawn.reset(2);
-    alone.reset(2);
-    std::uint32_t step = 0;
-    for (; step < 1000 && !alone.has_ended(); ++step) {
-      capture(*drawn.environment, step, captured);
-      renderer->render(captured, {}, image);
-      actions.draw(alone.observation, action);
-      drawn.step(action);
-      alone.step(action);
-      ASSERT_EQ(drawn.row(), alone.row()) << id << ", step " << step;
-    }
-    EXPECT_GT(step, 500U);
-    drawn.reset();
-    alone.reset();
-    EXPECT_EQ(drawn.row(), alone.row());
-    EXPECT_EQ(drawn.environment->generator_state(), alone.environment->generator_state());
-  }
 }
 
 /// Draws one lidar ray per step, in order and then in reverse, then none until the cycle of 100
@@ -201,20 +105,6 @@ TEST_F(RendererTest, StepSelectsTheRay) {
   EXPECT_EQ(red_pixels(19), 0);
   EXPECT_EQ(red_pixels(98), 0);
   EXPECT_EQ(red_pixels(1000), red_pixels(0));
-}
-
-TEST_F(RendererTest, HeightScales) {
-  for (const StateCapture& captured : some_captures()) {
-    const Image image = draw(captured);
-    const Image large =
-        draw(captured, {{"width", std::int64_t{1800}}, {"height", std::int64_t{1200}}});
-    ASSERT_EQ(large.width, 1800U);
-    ASSERT_EQ(large.height, 1200U);
-    EXPECT_GT(structural_similarity(shrunk(large, 3), image), 0.97);
-    const Image small =
-        draw(captured, {{"width", std::int64_t{300}}, {"height", std::int64_t{200}}});
-    EXPECT_GT(structural_similarity(small, shrunk(image, 2)), 0.95);
-  }
 }
 
 /// The tolerance covers cairo's rounding where a shape is clipped.

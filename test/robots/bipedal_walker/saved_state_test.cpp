@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "episode/saved_state.h"
-#include "error_message.h"
 #include "robots/bipedal_walker/player.h"
 #include "saved_states.h"
 
@@ -15,47 +14,14 @@ namespace {
 constexpr const char* kPlain = "BipedalWalker-v3";
 
 /// Id, reuse_world and the kind of actions.
-class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {
- protected:
-  Stepper make() const {
-    return Stepper(std::get<0>(GetParam()), {{"reuse_world", std::get<1>(GetParam())}});
-  }
-  const std::string& kind() const { return std::get<2>(GetParam()); }
-
-  std::mt19937 random_{3};
-};
+class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {};
 
 TEST_P(SavedStateTest, HasTheSameFuture) {
-  Stepper original = make();
-  Stepper untouched = make();  // is never saved
-  Stepper other = make();      // loads states in the middle of its own episode
-  original.reset(21);
-  untouched.reset(21);
-  other.reset(5);
-  Actions actions(kind(), 1);
-  std::vector<double> action;
-  for (int time = 0; time < 8; ++time) {
-    for (auto i = random_() % 150; i > 0; --i) {
-      if (original.has_ended()) {
-        original.reset();
-        untouched.reset();
-        continue;
-      }
-      actions.draw(original.observation, action);
-      original.step(action);
-      untouched.step(action);
-    }
-    const State state = save(original);
-    Stepper fresh = make();
-    load(fresh, state);
-    load(other, state);
-    ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
-    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind(), time)))
-        << "time " << time;
-    load(other, state);
-    ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;
-    if (time % 2 == 1) other.reset(time);  // terrain differs from that of the next state
-  }
+  const auto& [id, reuse_world, kind] = GetParam();
+  const Parameters parameters{{"reuse_world", reuse_world}};
+  const auto make = [&id = id, &parameters] { return Stepper(id, parameters); };
+  expect_same_future(
+      make, make, [&kind = kind](int seed) { return Actions(kind, seed); }, 8, 150);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -109,12 +75,6 @@ TEST(SavedState, TimeLimitIsTheLoaders) {
   limited.step({0, 0, 0, 0});
   EXPECT_TRUE(limited.result.truncated);
   EXPECT_STREQ(limited.result.end_reason, "32 steps");
-}
-
-constexpr const char* kNothing = "nothing thrown";
-
-std::string refusal(Stepper& walker, const State& state) {
-  return message_of<std::invalid_argument>([&] { load(walker, state); });
 }
 
 TEST(SavedState, DamagedOneIsRejected) {

@@ -1,6 +1,8 @@
-"""Episodes against the installed Gymnasium and MuJoCo: resets are equal bit by bit, the first steps
-within the difference between MuJoCo versions. recordings_test.cpp compares whole episodes with
-MuJoCo 2.2.2, bit by bit.
+"""Episodes against recordings and the installed Gymnasium.
+
+Whole episodes equal the recordings of Gymnasium on MuJoCo 2.2.2 to the bit. With the installed
+Gymnasium and MuJoCo, resets are equal to the bit, and the first steps within the difference between
+MuJoCo versions.
 
 MuJoCo's solver stops once an iteration improves its cost by less than a tolerance, 1e-8. If two
 versions stop after different numbers of iterations, they differ by the remaining error. That is
@@ -9,32 +11,67 @@ is a thousand times larger. A tolerance of 0 removes this source, so otherwise u
 then agree in every episode.
 """
 
-import pathlib
-
 import numpy as np
 import pytest
-from gymnasium_reference import Plan, Session, equal_bits
-from mujoco_reference import IDS, MODELS, NEARLY_ALL, OTHER_PARAMETERS, own_model, play, robot_of
+from gymnasium_reference import Plan, Session, equal_bits, hashes, play_episode
+from mujoco_reference import (
+    IDS,
+    INFO_NAMES,
+    KINDS,
+    MODELS,
+    NEARLY_ALL,
+    OTHER_PARAMETERS,
+    Actions,
+    action_size,
+    comparable,
+    own_model,
+    play,
+    robot_of,
+)
+from recording_file import read_sessions
+from walkers import ASSETS, assert_same, make_many, make_ours, random_actions
 
 STEPS = 20
 NEAR = 1e-9
-ASSETS = pathlib.Path(__file__).parents[3] / "assets"
 
 
-def largest_differences(rollout, ours, theirs):
+def play_ours(session):
+    environment = make_ours(session.environment_id, **session.parameters)
+    info_names = INFO_NAMES[session.environment_id]
+    size = action_size(session.environment_id)
+    return [
+        play_episode(environment, plan, Actions(plan.kind, plan.action_seed, size), info_names)
+        for plan in session.plans
+    ]
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_every_recorded_step(environment_id):
+    kinds = []
+    for session, recorded in read_sessions(f"{robot_of(environment_id).lower()}_episodes.txt"):
+        if session.environment_id != environment_id:
+            continue
+        for plan, episode, expected in zip(session.plans, play_ours(session), recorded):
+            rows = comparable(environment_id, plan.kind, episode.rows)
+            ours = hashes(rows) & np.uint64(0xFFFFFFFF)
+            assert ours.tolist() == expected.tolist(), (session, plan)
+            kinds.append(plan.kind)
+    assert len(kinds) >= 120
+    assert set(kinds) == set(KINDS)
+
+
+def largest_differences(ours, theirs=None):
     """Returns the largest difference of any observation, reward and info for each episode of two
     sessions with the same plans. Asserts that resets and episode lengths are equal."""
     ours, theirs = (
         session._replace(parameters={"max_episode_steps": STEPS, **session.parameters})
-        for session in (ours, theirs)
+        for session in (ours, theirs or ours)
     )
-    rollout.make(ours.environment_id, **ours.parameters)
     differences = []
-    for plan, episode in zip(theirs.plans, play(theirs)):
-        assert equal_bits(rollout.reset(plan.seed), episode.rows[0]), plan
-        rows = rollout.step(episode.actions)
-        assert rows.shape == episode.rows[1:].shape, (plan, "ended at another step")
-        differences.append(np.abs(rows - episode.rows[1:]).max())
+    for plan, our, their in zip(theirs.plans, play_ours(ours), play(theirs)):
+        assert equal_bits(our.rows[0], their.rows[0]), plan
+        assert our.rows.shape == their.rows.shape, (plan, "ended at another step")
+        differences.append(np.abs(our.rows[1:] - their.rows[1:]).max())
     return np.array(differences)
 
 
@@ -44,14 +81,14 @@ def plans_of(kind, count, first=5000):
 
 @pytest.mark.parametrize("model", IDS)
 @pytest.mark.parametrize("kind", ["random", "saturated", "outside", "smooth", "zero"])
-def test_first_steps_of_a_solver_that_converges(rollout, tmp_path, model, kind):
+def test_first_steps_of_a_solver_that_converges(tmp_path, model, kind):
     sessions = []
     for name, file in (("ours", ASSETS / own_model(model)), ("theirs", MODELS[model])):
         converging = tmp_path / f"{name}.xml"
         converging.write_text(file.read_text().replace("<option ", '<option tolerance="0" ', 1))
         parameters = {"xml_file": str(converging)}
         sessions.append(Session(f"{robot_of(model)}-v5", parameters, plans_of(kind, 40)))
-    assert (largest_differences(rollout, *sessions) <= NEAR).all()
+    assert (largest_differences(*sessions) <= NEAR).all()
 
 
 @pytest.mark.parametrize("environment_id", IDS)
@@ -64,23 +101,37 @@ def test_first_steps_of_a_solver_that_converges(rollout, tmp_path, model, kind):
         ("zero", 1e-3, 1e-2),
     ],
 )
-def test_first_steps(rollout, environment_id, kind, near, far):
-    session = Session(environment_id, {}, plans_of(kind, 200))
-    differences = largest_differences(rollout, session, session)
+def test_first_steps(environment_id, kind, near, far):
+    differences = largest_differences(Session(environment_id, {}, plans_of(kind, 200)))
     assert (differences <= near).mean() >= NEARLY_ALL[robot_of(environment_id)]
     assert (differences <= far).all()
 
 
 @pytest.mark.parametrize("environment_id", IDS)
 @pytest.mark.parametrize("parameters", OTHER_PARAMETERS, ids=str)
-def test_parameters(rollout, environment_id, parameters):
+def test_parameters(environment_id, parameters):
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
     session = Session(environment_id, parameters, plans)
-    assert (largest_differences(rollout, session, session) <= NEAR).mean() >= 0.96
+    assert (largest_differences(session) <= NEAR).mean() >= 0.96
 
 
 @pytest.mark.parametrize("environment_id", IDS[1::2])
 @pytest.mark.parametrize("frame_skip", [1, 2, 5])
-def test_frame_skip(rollout, environment_id, frame_skip):
+def test_frame_skip(environment_id, frame_skip):
     session = Session(environment_id, {"frame_skip": frame_skip}, plans_of("random", 30))
-    assert (largest_differences(rollout, session, session) <= NEAR).mean() >= 0.96
+    assert (largest_differences(session) <= NEAR).mean() >= 0.96
+
+
+def test_async_vector_env_equals_sync_vector_env():
+    """SyncVectorEnv steps the environments that the tests above compare with Gymnasium."""
+    ours, theirs = (
+        make_many("Walker2d-v5", 3, vectorization_mode=mode) for mode in ("async", "sync")
+    )
+    assert_same(ours.reset(seed=[5, 6, 7]), theirs.reset(seed=[5, 6, 7]))
+    ends = 0
+    for actions in random_actions("Walker2d-v5", 3 * 150).reshape(150, 3, 6):
+        result = ours.step(actions)
+        assert_same(result, theirs.step(actions))
+        ends += result[2].sum()
+    ours.close()
+    assert ends >= 6

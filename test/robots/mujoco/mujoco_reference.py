@@ -12,7 +12,7 @@ import gymnasium
 import mujoco
 import numpy as np
 from gymnasium.envs.mujoco import mujoco_env
-from gymnasium_reference import play_episode, rounded
+from gymnasium_reference import OPEN_LOOP, play_episode, rounded
 
 IDS = ("Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5")
 KINDS = ("random", "saturated", "zero", "outside", "smooth", "balance", "double")
@@ -69,16 +69,8 @@ class Actions:
         self._slow = np.zeros(size)
 
     def draw(self, observation):
-        if self._kind == "zero":
-            return np.zeros(self._size)
-        if self._kind == "saturated":
-            return self._random.integers(-1, 2, self._size).astype(np.float64)
-        if self._kind == "random":
-            return rounded(self._random.uniform(-1, 1, self._size))
-        if self._kind == "outside":
-            return rounded(self._random.uniform(-3, 3, self._size))
-        if self._kind == "double":
-            return self._random.uniform(-1, 1, self._size)
+        if self._kind in OPEN_LOOP:
+            return OPEN_LOOP[self._kind](self._random, self._size)
         self._slow = 0.95 * self._slow + self._random.uniform(-0.03, 0.03, self._size)
         if self._kind == "smooth":
             return rounded(self._slow)

@@ -44,6 +44,7 @@ def test_mujoco_is_refused_in_python(environment_id):
 
 
 def test_mujoco_is_refused_in_cpp():
-    done = emulated(os.environ["WALKER_SIM_ROLLOUT"], input="make Walker2d-v5\n")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith(f"error {REFUSAL}")
+    describe = os.path.join(os.environ["WALKER_SIM_PROGRAMS"], "describe")
+    done = emulated(describe, "Walker2d-v5")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith(f"describe: {REFUSAL}")

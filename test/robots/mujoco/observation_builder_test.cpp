@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "error_message.h"
 #include "observer.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
@@ -133,27 +132,17 @@ TEST(OtherModels, MayHaveShiftedRootJoints) {
   EXPECT_NEAR(observer.built[2], 4, 0.1);
 }
 
-class MeasurementsTest : public testing::Test {
+class MeasurementsTest : public ChangedMeasurements {
  protected:
+  MeasurementsTest()
+      : ChangedMeasurements("Walker2d-v4",
+                            {{"exclude_current_positions_from_observation", false}}) {}
+
   void SetUp() override {
     observer_.reset(1);
     for (int i = 0; i < 15; ++i) observer_.step({0.4, -0.2, 0.1, 0.3, -0.5, 0.2});
     measurements_ = observer_.measurements;
   }
-
-  std::vector<std::size_t> changed_by(const std::function<void(Measurements&)>& change) const {
-    return observer_.changed_by(measurements_, change);
-  }
-
-  std::string refusal(const std::function<void(Measurements&)>& change) {
-    Measurements other = measurements_;
-    change(other);
-    return message_of<std::invalid_argument>(
-        [&] { observer_.builder->build(other, observer_.built.data()); });
-  }
-
-  Observer observer_{"Walker2d-v4", {{"exclude_current_positions_from_observation", false}}};
-  Measurements measurements_;
 };
 
 using Places = std::vector<std::size_t>;
@@ -177,25 +166,23 @@ TEST_F(MeasurementsTest, EachChangesItsElements) {
               m.orientation = {0, std::sin(0.3), 0, std::cos(0.3)};
             }),
             (Places{kBasePitch, kX, kZ}));
-}
-
-TEST_F(MeasurementsTest, ContactsAreChecked) {
   EXPECT_EQ(changed_by([](Measurements& m) { m.contacts[0] ^= 1; }), Places{});
-  EXPECT_EQ(refusal([](Measurements& m) { m.contacts.clear(); }),
-            "contacts has 0 values; must have 2, one per contact link");
 }
 
 TEST_F(MeasurementsTest, RejectsWrongMeasurements) {
-  EXPECT_EQ(refusal([](Measurements& m) { m.position[0] = kNaN; }),
-            "position[0] = nan m; must be finite");
-  EXPECT_EQ(refusal([](Measurements& m) { m.position[2] = kNaN; }),
-            "position[2] = nan m; must be finite");
-  EXPECT_EQ(refusal([](Measurements& m) { m.joint_position[3] = kNaN; }),
-            "joint_position[3] (thigh_left_joint) = nan rad; must be finite");
-  EXPECT_EQ(refusal([](Measurements& m) { m.joint_velocity.resize(4); }),
-            "joint_velocity has 4 values; must have 6, one per joint");
-  EXPECT_EQ(refusal([](Measurements& m) { m.ranges.push_back(1); }),
-            "ranges has 1 values; must have 0, one per ray");
+  using M = Measurements;
+  const std::pair<std::function<void(M&)>, const char*> cases[] = {
+      {[](M& m) { m.contacts.clear(); },
+       "contacts has 0 values; must have 2, one per contact link"},
+      {[](M& m) { m.position[0] = kNaN; }, "position[0] = nan m; must be finite"},
+      {[](M& m) { m.position[2] = kNaN; }, "position[2] = nan m; must be finite"},
+      {[](M& m) { m.joint_position[3] = kNaN; },
+       "joint_position[3] (thigh_left_joint) = nan rad; must be finite"},
+      {[](M& m) { m.joint_velocity.resize(4); },
+       "joint_velocity has 4 values; must have 6, one per joint"},
+      {[](M& m) { m.ranges.push_back(1); }, "ranges has 1 values; must have 0, one per ray"},
+  };
+  for (const auto& [change, message] : cases) EXPECT_EQ(refusal(change), message);
 }
 
 }  // namespace

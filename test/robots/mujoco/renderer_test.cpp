@@ -1,5 +1,5 @@
-// Images against Gymnasium's, the properties of the renderer, and rendering beside other users of
-// OpenGL: threads, renderers, the caller's current context.
+// Properties of the renderer, and rendering beside other users of OpenGL: threads, renderers, the
+// caller's current context. Python suites compare its pictures with Gymnasium's.
 #include <gtest/gtest.h>
 
 // Must precede EGL's headers, which otherwise include X11's.
@@ -31,8 +31,6 @@ namespace {
 
 using mujoco::Actions;
 
-constexpr std::uint32_t kShrinking = 4;  // record_pictures.py shrinks the reference images by this
-
 StateCapture capture_of(const std::string& id, const std::string& kind, std::uint64_t seed,
                         std::uint32_t steps) {
   Stepper walker(id);
@@ -46,82 +44,6 @@ StateCapture capture_of(const std::string& id, const std::string& kind, std::uin
   StateCapture captured;
   capture(*walker.environment, steps, captured);
   return captured;
-}
-
-void expect_gymnasiums(const std::string& id, const std::string& kind, std::uint64_t seed,
-                       std::uint32_t steps) {
-  const std::string name =
-      id + "_" + kind + "_" + std::to_string(seed) + "_" + std::to_string(steps);
-  SCOPED_TRACE(name);
-  const Image ours =
-      shrunk(draw(*make_renderer(id), capture_of(id, kind, seed, steps)), kShrinking);
-  const Image theirs = read_picture(name);
-  EXPECT_GT(structural_similarity(ours, theirs), 0.96);
-  EXPECT_LT(share_of_other_pixels(ours, theirs), 0.002);
-}
-
-TEST(RendererTest, EpisodesLookAsGymnasiums) {
-  expect_gymnasiums("Walker2d-v4", "balance", 1, 0);
-  expect_gymnasiums("Walker2d-v4", "balance", 1, 60);
-  expect_gymnasiums("Walker2d-v5", "saturated", 2, 0);
-  expect_gymnasiums("Walker2d-v5", "saturated", 2, 10);
-  expect_gymnasiums("Walker2d-v5", "saturated", 2, 20);
-}
-
-TEST(RendererTest, DependsOnTheCaptureAlone) {
-  std::vector<StateCapture> captures;
-  for (const std::uint32_t steps : {0U, 7U, 15U}) {
-    captures.push_back(capture_of("Walker2d-v5", "saturated", 2, steps));
-  }
-  const auto renderer = make_renderer("Walker2d-v5");
-  std::vector<Image> forward;
-  forward.reserve(captures.size());
-  for (const StateCapture& captured : captures) forward.push_back(draw(*renderer, captured));
-  for (std::size_t i = captures.size(); i-- > 0;) {
-    EXPECT_EQ(draw(*renderer, captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_EQ(draw(*make_renderer("Walker2d-v5"), captures[i]).rgb, forward[i].rgb) << i;
-    EXPECT_NE(forward[i].rgb, forward[(i + 1) % forward.size()].rgb) << i;
-  }
-}
-
-TEST(RendererTest, LeavesTheEpisodeUnchanged) {
-  for (const char* id : {"Walker2d-v4", "Walker2d-v5"}) {
-    Stepper drawn(id);
-    Stepper alone(id);
-    const auto renderer =
-        make_renderer(id, {}, {{"width", std::int64_t{32}}, {"height", std::int64_t{24}}});
-    Actions actions("balance", 1);
-    StateCapture captured;
-    Image image;
-    std::vector<double> action;
-    drawn.reset(1);
-    alone.reset(1);
-    std::uint32_t step = 0;
-    for (; step < 150 && !alone.has_ended(); ++step) {
-      capture(*drawn.environment, step, captured);
-      renderer->render(captured, {true, true}, image);
-      actions.draw(alone.observation, action);
-      drawn.step(action);
-      alone.step(action);
-      ASSERT_EQ(drawn.row(), alone.row()) << id << ", step " << step;
-    }
-    EXPECT_EQ(step, 150U);
-    drawn.reset();
-    alone.reset();
-    EXPECT_EQ(drawn.observation, alone.observation);
-    EXPECT_EQ(drawn.environment->generator_state(), alone.environment->generator_state());
-  }
-}
-
-TEST(RendererTest, DrawsLargerThanTheModelsBuffer) {
-  const auto renderer = make_renderer(
-      "Walker2d-v5", {}, {{"width", std::int64_t{1000}}, {"height", std::int64_t{960}}});
-  const StateCapture captured = capture_of("Walker2d-v5", "saturated", 2, 10);
-  const Image large = draw(*renderer, captured);
-  ASSERT_EQ(large.rgb.size(), std::size_t{1000} * 960 * kColors);
-  const Image same =
-      draw(*make_renderer("Walker2d-v5", {}, {{"width", std::int64_t{500}}}), captured);
-  EXPECT_GT(structural_similarity(shrunk(large, 2), same), 0.9);
 }
 
 TEST(RendererTest, RejectsWrongParameters) {

@@ -1,7 +1,6 @@
 // Saved states of MuJoCo robots, which continue bit by bit, by the kernel and by the library.
 #include <gtest/gtest.h>
 
-#include <random>
 #include <tuple>
 
 #include "foreign_locale.h"
@@ -17,43 +16,13 @@ namespace {
 class SavedStateTest : public testing::TestWithParam<
                            std::tuple<std::string, const char*, const char*, std::string>> {};
 
-TEST_P(SavedStateTest, ContinuesIdentically) {
+TEST_P(SavedStateTest, HasTheSameFuture) {
   const auto& [id, saver, loader, kind] = GetParam();
-  Stepper original = make_by(saver, id);
-  Stepper untouched = make_by(saver, id);  // is never saved
-  Stepper other = make_by(loader, id);     // loads states in the middle of its own episode
-  original.reset(21);
-  untouched.reset(21);
-  other.reset(5);
-  const auto num_joints = static_cast<int>(original.environment->specification().action_size());
-  Actions actions(kind, 1, num_joints);
-  std::vector<double> action;
-  std::mt19937 random(3);
-  for (int time = 0; time < 5; ++time) {
-    for (auto i = random() % 60; i > 0; --i) {
-      if (original.has_ended()) {
-        original.reset();
-        untouched.reset();
-        continue;
-      }
-      actions.draw(original.observation, action);
-      original.step(action);
-      untouched.step(action);
-    }
-    const State state = save(original);
-    Stepper fresh = make_by(loader, id);
-    load(fresh, state);
-    load(other, state);
-    ASSERT_NO_FATAL_FAILURE(expect_alike(fresh, untouched)) << "time " << time;
-    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(other, fresh, Actions(kind, time, num_joints)))
-        << "time " << time;
-    load(other, state);
-    ASSERT_NO_FATAL_FAILURE(expect_alike(other, untouched)) << "time " << time;
-    Stepper twin = make_by(saver, id);
-    load(twin, state);
-    ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(twin, other, Actions(kind, time, num_joints)))
-        << "time " << time;
-  }
+  const auto num_joints = static_cast<int>(make(id)->specification().action_size());
+  expect_same_future(
+      [&id = id, &saver = saver] { return make_by(saver, id); },
+      [&id = id, &loader = loader] { return make_by(loader, id); },
+      [&kind = kind, num_joints](int seed) { return Actions(kind, seed, num_joints); }, 5, 60);
 }
 
 std::string name_of(const testing::TestParamInfo<SavedStateTest::ParamType>& info) {
@@ -78,15 +47,6 @@ INSTANTIATE_TEST_SUITE_P(Hopper, SavedStateTest,
                                           testing::Values(nullptr), testing::Values(nullptr),
                                           testing::Values("random", "balance", "saturated")),
                          name_of);
-
-std::string refusal(Stepper& walker, const State& state) {
-  try {
-    load(walker, state);
-    return "";
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-}
 
 TEST(SavedState, HasTheSameBytesByKernelAndLibrary) {
   Stepper by_kernel = make_by(nullptr, "Walker2d-v5");
@@ -154,8 +114,9 @@ TEST(SavedState, RejectsStatesOfOtherEnvironments) {
   for (std::size_t i = 0; i < before.size(); ++i) {
     State flipped = before;
     flipped[i] ^= std::byte{4};
-    EXPECT_NE(refusal(walker, flipped), "") << "byte " << i;
-    EXPECT_NE(refusal(walker, State(before.begin(), before.begin() + i)), "") << i << " bytes";
+    EXPECT_NE(refusal(walker, flipped), kNothing) << "byte " << i;
+    EXPECT_NE(refusal(walker, State(before.begin(), before.begin() + i)), kNothing)
+        << i << " bytes";
   }
   EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
 }

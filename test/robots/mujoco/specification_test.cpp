@@ -143,11 +143,18 @@ INSTANTIATE_TEST_SUITE_P(Walker2d, Links,
                            return name == "other" ? name : name.substr(sizeof("walker2d_") - 1, 2);
                          });
 
-TEST(OtherWalker, HasItsJointsAndLinks) {
-  const Folder folder;
-  const std::string file = folder.write("other.xml", other_walker_text());
-  const auto walker = make("Walker2d-v5", {{"xml_file", file}});
-  const Specification& specification = walker->specification();
+class OtherWalker : public testing::Test {
+ protected:
+  Stepper make_walker(const std::string& text) const {
+    return Stepper("Walker2d-v5", {{"xml_file", folder_.write("other.xml", text)}});
+  }
+
+  Folder folder_;
+};
+
+TEST_F(OtherWalker, HasItsJointsAndLinks) {
+  const Stepper walker = make_walker(other_walker_text());
+  const Specification& specification = walker.environment->specification();
   struct Expected {
     const char* joint;
     const char* parent;
@@ -183,9 +190,8 @@ TEST(OtherWalker, HasItsJointsAndLinks) {
   EXPECT_NEAR(specification.links[0].color[2], 0.3, 1e-6);
 }
 
-TEST(OtherWalker, StandsOnItsPlane) {
-  const Folder folder;
-  Stepper walker("Walker2d-v5", {{"xml_file", folder.write("o.xml", other_walker_text())}});
+TEST_F(OtherWalker, StandsOnItsPlane) {
+  Stepper walker = make_walker(other_walker_text());
   walker.reset(0);
   Scene scene;
   walker.environment->scene(scene);
@@ -193,11 +199,9 @@ TEST(OtherWalker, StandsOnItsPlane) {
   EXPECT_NEAR(scene.floor->z, -0.1, 1e-12) << "the plane of a body that stands still";
 }
 
-TEST(OtherWalker, CanHaveNoPlane) {
-  const Folder folder;
-  const std::string text =
-      without(other_walker_text(), "<geom name=\"ground\" type=\"plane\"", "/>");
-  Stepper walker("Walker2d-v5", {{"xml_file", folder.write("o.xml", text)}});
+TEST_F(OtherWalker, CanHaveNoPlane) {
+  Stepper walker =
+      make_walker(without(other_walker_text(), "<geom name=\"ground\" type=\"plane\"", "/>"));
   walker.reset(0);
   walker.step({0, 0, 0, 0, 0, 0});
   Scene scene;
@@ -206,11 +210,9 @@ TEST(OtherWalker, CanHaveNoPlane) {
 }
 
 /// The force limit of a motor applies before its gear.
-TEST(OtherWalker, CanHaveForceLimits) {
-  const Folder folder;
-  const std::string text = replaced(other_walker_text(), "gainprm=\"5\"",
-                                    "gainprm=\"5\" forcelimited=\"true\" forcerange=\"-2 3\"");
-  Stepper walker("Walker2d-v5", {{"xml_file", folder.write("o.xml", text)}});
+TEST_F(OtherWalker, CanHaveForceLimits) {
+  Stepper walker = make_walker(replaced(other_walker_text(), "gainprm=\"5\"",
+                                        "gainprm=\"5\" forcelimited=\"true\" forcerange=\"-2 3\""));
   EXPECT_EQ(walker.environment->specification().joints[4].maximum_effort, 12);
   EXPECT_EQ(walker.environment->specification().effort_per_action[4], 20);
   Sensors sensors;
@@ -220,17 +222,16 @@ TEST(OtherWalker, CanHaveForceLimits) {
   EXPECT_EQ(sensors.joint_effort[4], 12);
 }
 
-TEST(OtherWalker, CanHaveUnnamedBodies) {
-  const Folder folder;
-  const std::string text =
-      replaced(builtin_text("walker2d_v5.xml"), "<body name=\"thigh\" ", "<body ");
-  const auto walker = make("Walker2d-v5", {{"xml_file", folder.write("o.xml", text)}});
-  EXPECT_EQ(walker->specification().links[1].name, "body_2");
-  EXPECT_EQ(walker->specification().joints[0].child, "body_2");
-  EXPECT_EQ(walker->specification().joints[1].parent, "body_2");
+TEST_F(OtherWalker, CanHaveUnnamedBodies) {
+  const Stepper walker =
+      make_walker(replaced(builtin_text("walker2d_v5.xml"), "<body name=\"thigh\" ", "<body "));
+  const Specification& specification = walker.environment->specification();
+  EXPECT_EQ(specification.links[1].name, "body_2");
+  EXPECT_EQ(specification.joints[0].child, "body_2");
+  EXPECT_EQ(specification.joints[1].parent, "body_2");
 }
 
-/// Spaces, limits and info names: spaces_gymnasium_test.py.
+/// Spaces, limits and info names: test/python/environment_test.py.
 TEST(BuiltInRobots, HaveGymnasiumsLinksAndJoints) {
   struct Expected {
     std::vector<std::string> ids;

@@ -6,28 +6,15 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <random>
 #include <vector>
 
-#include "base/bits.h"
+#include "bits.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 
 namespace walker::bipedal_walker {
 namespace {
-
-float from_word(std::uint32_t word) {
-  float value = 0;
-  std::memcpy(&value, &word, sizeof value);
-  return value;
-}
-
-std::uint32_t to_word(float value) {
-  std::uint32_t word = 0;
-  std::memcpy(&word, &value, sizeof word);
-  return word;
-}
 
 /// Returns the number of angles whose sine or cosine differs, summed over all kernels.
 long count_different(const std::vector<float>& angles) {
@@ -40,8 +27,8 @@ long count_different(const std::vector<float>& angles) {
   for (const Kernel* kernel : kernels()) {
     kernel->rotate(angles.data(), angles.size(), rotations.data());
     for (std::size_t i = 0; i < angles.size(); ++i) {
-      const bool is_same = to_word(rotations[i].sine) == to_word(expected[i].sine) &&
-                           to_word(rotations[i].cosine) == to_word(expected[i].cosine);
+      const bool is_same = float_bits(rotations[i].sine) == float_bits(expected[i].sine) &&
+                           float_bits(rotations[i].cosine) == float_bits(expected[i].cosine);
       different += is_same ? 0 : 1;
     }
   }
@@ -52,7 +39,7 @@ TEST(RotationTest, HasTheLibrarysBits) {
   std::mt19937 random(1);
   std::vector<float> angles(1000003);
   for (float& angle : angles) {
-    angle = from_word(static_cast<std::uint32_t>(random()));
+    angle = from_float_bits(static_cast<std::uint32_t>(random()));
     if (!std::isfinite(angle)) angle = 0;
   }
   EXPECT_EQ(count_different(angles), 0);
@@ -71,7 +58,7 @@ TEST(RotationTest, HasTheLibrarysBitsWhereFormulasChange) {
   const std::size_t count = angles.size();
   for (std::size_t i = 0; i < count; ++i) {
     for (int k = -1000; k <= 1000; ++k) {
-      const float angle = from_word(to_word(angles[i]) + static_cast<std::uint32_t>(k));
+      const float angle = from_float_bits(float_bits(angles[i]) + static_cast<std::uint32_t>(k));
       if (!std::isfinite(angle)) continue;
       angles.push_back(angle);
       angles.push_back(-angle);
@@ -103,10 +90,10 @@ TEST(RotationTest, LanesAreIndependent) {
 TEST(RotationTest, HasTheLibrarysBitsBelow100) {
   const std::uint32_t stride = std::getenv("WALKER_SIM_TEST_ALL_ANGLES") != nullptr ? 1 : 1009;
   constexpr std::uint32_t kChunk = 1U << 20U;
-  const std::uint32_t end = to_word(100);
+  const std::uint32_t end = float_bits(100);
   std::vector<float> angles(kChunk);
   for (std::uint32_t first = 0; first < end; first += kChunk * stride) {
-    for (std::uint32_t i = 0; i < kChunk; ++i) angles[i] = from_word(first + i * stride);
+    for (std::uint32_t i = 0; i < kChunk; ++i) angles[i] = from_float_bits(first + i * stride);
     ASSERT_EQ(count_different(angles), 0) << "from " << angles[0];
     std::transform(angles.begin(), angles.end(), angles.begin(),
                    [](float angle) { return -angle; });

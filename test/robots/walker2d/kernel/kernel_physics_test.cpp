@@ -46,6 +46,32 @@ void expect_same(Stepper& one, Stepper& other) {
   ASSERT_STREQ(one.result.error, other.result.error);
 }
 
+/// Compares an environment stepped by the kernel with one stepped by the library.
+template <typename Act>
+void compare(const char* id, const Parameters& parameters, int episodes, int steps,
+             const Act& act) {
+  Stepper one = make_by(nullptr, id, parameters);
+  Stepper other = make_by("off", id, parameters);
+  for (int episode = 0; episode < episodes; ++episode) {
+    SCOPED_TRACE("episode " + std::to_string(episode));
+    const std::optional<std::uint64_t> seed =
+        episode % 2 == 0 ? std::optional<std::uint64_t>(episode) : std::nullopt;
+    one.reset(seed);
+    other.reset(seed);
+    ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
+    for (int i = 0; i < steps && !one.has_ended(); ++i) {
+      SCOPED_TRACE("step " + std::to_string(i));
+      if (i % 7 == 0) {
+        ASSERT_EQ(to_bits(senses(*one.environment)), to_bits(senses(*other.environment)));
+      }
+      const State action = act(one);
+      one.step(action);
+      other.step(action);
+      ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
+    }
+  }
+}
+
 class EnvironmentTest : public testing::TestWithParam<const char*> {
  protected:
   std::mt19937_64 random_{5};
@@ -56,27 +82,6 @@ class EnvironmentTest : public testing::TestWithParam<const char*> {
     for (double& value : action) value = double{static_cast<float>(unit(random_))};
     return action;
   }
-
-  template <typename Act>
-  void compare(Stepper& one, Stepper& other, int episodes, int steps, const Act& act) {
-    for (int episode = 0; episode < episodes; ++episode) {
-      const std::optional<std::uint64_t> seed =
-          episode % 2 == 0 ? std::optional<std::uint64_t>(episode) : std::nullopt;
-      one.reset(seed);
-      other.reset(seed ? seed : std::nullopt);
-      ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
-      for (int i = 0; i < steps && !one.has_ended(); ++i) {
-        if (i % 7 == 0) {
-          ASSERT_EQ(to_bits(senses(*one.environment)), to_bits(senses(*other.environment)));
-        }
-        const State action = act(one);
-        one.step(action);
-        other.step(action);
-        SCOPED_TRACE("episode " + std::to_string(episode) + ", step " + std::to_string(i));
-        ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
-      }
-    }
-  }
 };
 
 TEST_P(EnvironmentTest, SpecificationNamesTheStepper) {
@@ -86,35 +91,26 @@ TEST_P(EnvironmentTest, SpecificationNamesTheStepper) {
 }
 
 TEST_P(EnvironmentTest, RandomEpisodesAreTheSame) {
-  Stepper one = make_by(nullptr, GetParam());
-  Stepper other = make_by("off", GetParam());
-  compare(one, other, 40, 1000, [&](const Stepper&) { return any_action(1); });
+  compare(GetParam(), {}, 40, 1000, [&](const Stepper&) { return any_action(1); });
 }
 
 TEST_P(EnvironmentTest, GaitEpisodesAreTheSame) {
-  Stepper one = make_by(nullptr, GetParam());
-  Stepper other = make_by("off", GetParam());
-  const auto gait = make_agent("heuristic", one.environment->specification(), 0);
-  compare(one, other, 2, 1000,
+  const auto gait = make_agent("heuristic", make(GetParam())->specification(), 0);
+  compare(GetParam(), {}, 2, 1000,
           [&](const Stepper& walker) { return gait->act(walker.observation); });
 }
 
 TEST_P(EnvironmentTest, ActionsBeyondTheirRangeAreTheSame) {
-  const Parameters endless{{"terminate_when_unhealthy", false}};
-  Stepper one = make_by(nullptr, GetParam(), endless);
-  Stepper other = make_by("off", GetParam(), endless);
   int step = 0;
-  compare(one, other, 2, 400,
+  compare(GetParam(), {{"terminate_when_unhealthy", false}}, 2, 400,
           [&](const Stepper&) { return any_action(++step % 50 == 0 ? 1e30 : 3); });
 }
 
 /// Some starts are so extreme that MuJoCo fails; both must then report the same error.
 TEST_P(EnvironmentTest, WildStartsAreTheSame) {
   for (const double noise : {0.0, 0.3, 3.0, 1e4, 1e6}) {
-    const Parameters wild{{"terminate_when_unhealthy", false}, {"reset_noise_scale", noise}};
-    Stepper one = make_by(nullptr, GetParam(), wild);
-    Stepper other = make_by("off", GetParam(), wild);
-    compare(one, other, 20, 5, [&](const Stepper&) { return any_action(1); });
+    compare(GetParam(), {{"terminate_when_unhealthy", false}, {"reset_noise_scale", noise}}, 20, 5,
+            [&](const Stepper&) { return any_action(1); });
   }
 }
 
@@ -122,16 +118,8 @@ INSTANTIATE_TEST_SUITE_P(Walkers, EnvironmentTest, testing::Values("Walker2d-v4"
 
 TEST(KernelEnvironmentTest, OtherFrameSkipsAreTheSame) {
   for (const std::int64_t frames : {1, 3, 17}) {
-    const Parameters parameters{{"frame_skip", frames}};
-    Stepper one = make_by(nullptr, "Walker2d-v5", parameters);
-    Stepper other = make_by("off", "Walker2d-v5", parameters);
-    one.reset(3);
-    other.reset(3);
-    for (int i = 0; i < 60 && !one.has_ended(); ++i) {
-      one.step(State(kMotors, 0.5));
-      other.step(State(kMotors, 0.5));
-      ASSERT_NO_FATAL_FAILURE(expect_same(one, other));
-    }
+    compare("Walker2d-v5", {{"frame_skip", frames}}, 4, 60,
+            [](const Stepper&) { return State(kMotors, 0.5); });
   }
 }
 
