@@ -14,8 +14,8 @@ constexpr int kMaxSpinMicroseconds = 1000;
 /// virtual machine takes 30 to 60 us to wake one (docs/transport.md).
 ///
 /// An exponential average decides whether polling pays: it does while events come within the limit.
-/// If they come later, or if another thread needs this core, `poll` returns at once and tries again
-/// after 16 calls, then after 32, up to 4096.
+/// If they come later, or if a thread other than the peer needs this core, `poll` returns at once
+/// and tries again after 16 calls, then after 32, up to 4096.
 template <typename Clock = std::chrono::steady_clock>
 class SpinWait {
  public:
@@ -26,29 +26,36 @@ class SpinWait {
 
   Duration limit() const { return limit_; }
 
+  /// Whether the next call polls, other than as a trial.
+  bool pays() const { return average_ < limit_; }
+
   /// Polls until `is_ready` returns true, but at most until the limit.
   /// @return whether it did; otherwise the caller blocks
   template <typename IsReady>
   bool poll(const IsReady& is_ready) {
     if (limit_ <= Duration::zero()) return false;
-    const bool is_trial = average_ >= limit_;
+    const bool is_trial = !pays();
     if (is_trial && ++blocked_ < pause_) return false;
     blocked_ = 0;
     const auto start = Clock::now();
     auto now = start;
-    while (!is_ready()) {
-      const auto before = now;
+    auto before = start;
+    bool has_come = false;
+    // Yields first: if the peer shares this core, the event has come when the yield returns.
+    do {
+      before = now;
       sched_yield();
       now = Clock::now();
-      if (now - before > kSlowYield || now - start >= limit_) {
-        average_ += (kLong * limit_ - average_) / kWeight;
-        if (is_trial) pause_ = std::min(2 * pause_, kMaxPause);
-        return false;
-      }
+      has_come = is_ready();
+    } while (!has_come && now - before <= kSlowYield && now - start < limit_);
+    if (has_come && now - start < limit_) {
+      average_ = is_trial ? now - start : average_ + (now - start - average_) / kWeight;
+      pause_ = kMinPause;
+    } else {
+      average_ += (kLong * limit_ - average_) / kWeight;
+      if (is_trial) pause_ = std::min(2 * pause_, kMaxPause);
     }
-    average_ = is_trial ? now - start : average_ + (now - start - average_) / kWeight;
-    pause_ = kMinPause;
-    return true;
+    return has_come;
   }
 
  private:

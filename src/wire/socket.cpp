@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <memory>
 #include <system_error>
@@ -27,12 +28,15 @@ constexpr std::chrono::milliseconds kMaxReceive = kSignalCheckPeriod / 2;
 
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
-/// Blocks until the socket is ready. @throws SocketError at the deadline, Interrupted
-void wait_for(int descriptor, short events, const Deadline& deadline) {
+/// Blocks until the descriptor is ready.
+/// @param closed the input of pipes, whose output does not report that the peer has closed; or -1
+/// @throws SocketError at the deadline or if `closed` has been closed, Interrupted
+void wait_for(int descriptor, short events, const Deadline& deadline, int closed = -1) {
   while (true) {
     const auto longest = std::chrono::ceil<std::chrono::milliseconds>(deadline.check());
-    pollfd entry{descriptor, events, 0};
-    const int ready = poll(&entry, 1, static_cast<int>(longest.count()));
+    std::array<pollfd, 2> entries{{{descriptor, events, 0}, {closed, 0, 0}}};
+    const int ready = poll(entries.data(), entries.size(), static_cast<int>(longest.count()));
+    if (ready > 0 && entries[0].revents == 0) fail(EPIPE);
     if (ready > 0) return;
     if (ready < 0) {
       if (errno != EINTR) fail(errno);
@@ -87,11 +91,12 @@ bool is_loopback(const sockaddr& address) {
              kNetwork;
 }
 
-/// Connects to the local socket beside a port of this machine. A server of another user is not
-/// trusted, because any user can take the name of a port that has none.
-/// @return a connected file descriptor; -1: there is no such socket @throws Interrupted
-int connect_locally(const addrinfo& address, std::uint16_t port, const Deadline& deadline) {
-  if (!is_loopback(*address.ai_addr)) return -1;
+/// Receives pipes from the local socket beside a port of this machine. A server of another user is
+/// not trusted, because any user can take the name of a port that has none.
+/// @return not open if there is no such socket, or no pipes arrive @throws Interrupted
+Channel connect_locally(const addrinfo& address, std::uint16_t port, const Deadline& deadline) {
+  Channel pipes;
+  if (!is_loopback(*address.ai_addr)) return pipes;
   LocalAddress local(port);
   addrinfo wanted{};
   wanted.ai_family = AF_UNIX;
@@ -102,11 +107,19 @@ int connect_locally(const addrinfo& address, std::uint16_t port, const Deadline&
     ucred peer{};
     socklen_t size = sizeof(peer);
     const bool is_known = getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
-    if (is_known && (peer.uid == geteuid() || peer.uid == 0)) return descriptor;
+    try {
+      if (is_known && (peer.uid == geteuid() || peer.uid == 0)) {
+        wait_for(descriptor, POLLIN, deadline);
+        pipes = take_pipes(descriptor);
+      }
+    } catch (...) {
+      close(descriptor);
+      throw;
+    }
     close(descriptor);
   } catch (const SocketError&) {  // NOLINT(bugprone-empty-catch)  // TCP remains
   }
-  return -1;
+  return pipes;
 }
 
 }  // namespace
@@ -135,8 +148,8 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& dead
   std::string error;
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     try {
-      descriptor_ = connect_locally(*address, port, deadline);
-      if (descriptor_ < 0) descriptor_ = connect_to(*address, deadline);
+      channel_ = connect_locally(*address, port, deadline);
+      if (!channel_.is_open()) channel_ = Channel::of_socket(connect_to(*address, deadline));
       return;
     } catch (const SocketError& unreachable) {
       error = unreachable.what();
@@ -145,18 +158,20 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& dead
   throw SocketError(error);
 }
 
-Socket::~Socket() { close(descriptor_); }
+Socket::~Socket() { channel_.close(); }
 
 void Socket::send_all(const void* data, std::size_t size, const Deadline& deadline) {
   const auto* next = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
     deadline.check();
-    const ssize_t sent = send(descriptor_, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t sent = channel_.is_pipes()
+                             ? write(channel_.output, next, size)
+                             : send(channel_.output, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {
       next += sent;
       size -= static_cast<std::size_t>(sent);
     } else if (errno == EAGAIN) {
-      wait_for(descriptor_, POLLOUT, deadline);
+      wait_for(channel_.output, POLLOUT, deadline, channel_.is_pipes() ? channel_.input : -1);
     } else if (errno != EINTR) {
       fail(errno);
     }
@@ -165,9 +180,11 @@ void Socket::send_all(const void* data, std::size_t size, const Deadline& deadli
 
 std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& deadline) {
   while (true) {
-    // recv() could block beyond the deadline or the next check for a signal.
-    if (deadline.check() < kMaxReceive) wait_for(descriptor_, POLLIN, deadline);
-    const ssize_t received = recv(descriptor_, data, capacity, 0);
+    // A pipe does not block. recv() could block beyond the deadline or the next check for a signal.
+    if (deadline.check() < kMaxReceive || channel_.is_pipes()) {
+      wait_for(channel_.input, POLLIN, deadline);
+    }
+    const ssize_t received = read(channel_.input, data, capacity);
     if (received >= 0) return static_cast<std::size_t>(received);
     if (errno == EINTR) {
       deadline.take_signal();
@@ -178,8 +195,9 @@ std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& de
 }
 
 std::size_t Socket::receive_arrived(void* data, std::size_t capacity) {
-  return static_cast<std::size_t>(
-      std::max<ssize_t>(recv(descriptor_, data, capacity, MSG_DONTWAIT), 0));
+  const ssize_t received = channel_.is_pipes() ? read(channel_.input, data, capacity)
+                                               : recv(channel_.input, data, capacity, MSG_DONTWAIT);
+  return static_cast<std::size_t>(std::max<ssize_t>(received, 0));
 }
 
 }  // namespace walker

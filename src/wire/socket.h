@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "wire/pipes.h"
+
 namespace walker {
 
 /// Time of the monotonic clock, which changes of the system time do not affect.
@@ -47,9 +49,9 @@ struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A connected TCP socket without Nagle's delay and SIGPIPE, or the local socket that a server on
-/// this machine offers beside its port. After EINTR a method continues, unless
-/// the signal ends the call.
+/// A connected TCP socket without Nagle's delay, or the pipes that a server on this machine hands
+/// over (wire/pipes.h). No method raises SIGPIPE. After EINTR a method continues, unless the signal
+/// ends the call.
 class Socket {
  public:
   /// Tries each address of the host. Resolving its name may exceed the deadline, since
@@ -72,7 +74,7 @@ class Socket {
   std::size_t receive_arrived(void* data, std::size_t capacity);
 
  private:
-  int descriptor_;
+  Channel channel_;
 };
 
 }  // namespace walker

@@ -114,5 +114,22 @@ TEST_F(SpinWaitTest, StopsWhereAnotherThreadNeedsTheCore) {
   EXPECT_FALSE(wait_briefly());
 }
 
+/// On one core the yield runs the peer, which may take long and then has sent the event.
+TEST_F(SpinWaitTest, PollsWhereThePeerNeedsTheCore) {
+  FakeClock::tick = nanoseconds(20000);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(spin_.pays());
+    EXPECT_TRUE(spin_.poll([] { return true; }));
+  }
+}
+
+TEST_F(SpinWaitTest, StopsIfEventsComeLaterThanTheLimit) {
+  FakeClock::tick = kLimit + nanoseconds(1);
+  int polled = 0;
+  while (spin_.poll([] { return true; })) ++polled;
+  EXPECT_LE(polled, 5);
+  EXPECT_FALSE(spin_.pays());
+}
+
 }  // namespace
 }  // namespace walker

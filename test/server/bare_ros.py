@@ -6,6 +6,7 @@ a test kills.
 
 import io
 import os
+import select
 import signal
 import socket
 import struct
@@ -111,6 +112,34 @@ class BareClient:
 
     def close(self):
         self.connection.close()
+
+
+class PipeConnection:
+    """The pipes that a server hands over on its local socket (src/wire/pipes.h), like a socket."""
+
+    def __init__(self, port):
+        with socket.socket(socket.AF_UNIX) as local:
+            local.settimeout(TIMEOUT)
+            local.connect(f"\0walker_sim/{port}")
+            _, (self.input, self.output), _, _ = socket.recv_fds(local, 1, 2)
+
+    def setsockopt(self, *_):
+        pass
+
+    def sendall(self, data):
+        while data:
+            select.select([], [self.output], [], TIMEOUT)
+            data = data[os.write(self.output, data) :]
+
+    def recv(self, size):
+        ready, _, _ = select.select([self.input], [], [], TIMEOUT)
+        if not ready:
+            raise socket.timeout("no answer by the pipe")
+        return os.read(self.input, size)
+
+    def close(self):
+        os.close(self.input)
+        os.close(self.output)
 
 
 class BareSubscriber:

@@ -9,14 +9,17 @@
 
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <functional>
+#include <future>
 #include <string>
 
 #include "client/scripted_server.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
 #include "wire/local_address.h"
+#include "wire/pipes.h"
 
 namespace walker {
 namespace {
@@ -60,7 +63,7 @@ void receive_one(Socket& socket, const Deadline& deadline) {
 
 void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
 
-/// Listens on the local socket beside a port, and returns what the next client sends.
+/// Listens on the local socket beside a port.
 class LocalListener {
  public:
   explicit LocalListener(std::uint16_t port) {
@@ -72,25 +75,109 @@ class LocalListener {
   LocalListener& operator=(const LocalListener&) = delete;
   ~LocalListener() { close(descriptor_); }
 
-  char receive_from_client() const {
-    const int client = accept(descriptor_, nullptr, nullptr);
-    char byte = 0;
-    EXPECT_EQ(recv(client, &byte, 1, 0), 1);
-    close(client);
-    return byte;
+  /// Accepts the next client in a thread and returns the server's ends of its pipes.
+  std::future<Channel> give_pipes_to_client() const {
+    return std::async(std::launch::async, [this] {
+      const int client = accept(descriptor_, nullptr, nullptr);
+      const Channel pipes = give_pipes(client);
+      close(client);
+      return pipes;
+    });
+  }
+
+  /// Accepts the next client in a thread and sends it a byte without pipes.
+  std::future<void> give_a_byte_to_client() const {
+    return std::async(std::launch::async, [this] {
+      const int client = accept(descriptor_, nullptr, nullptr);
+      EXPECT_EQ(send(client, "x", 1, 0), 1);
+      close(client);
+    });
   }
 
  private:
   int descriptor_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
 };
 
-TEST(Socket, PrefersTheLocalSocketOnLoopback) {
-  const ScriptedServer server({});
+class PipesTest : public testing::Test {
+ protected:
+  PipesTest()
+      : pipes_(local_.give_pipes_to_client()), socket_("localhost", server_.port(), soon()) {
+    server_end_ = pipes_.get();
+  }
+
+  ~PipesTest() override { server_end_.close(); }
+
+  static Deadline soon() { return Deadline(std::chrono::steady_clock::now() + kHang); }
+
+  /// Closes the server's ends, as its exit does.
+  void end_server() {
+    server_end_.close();
+    server_end_ = {};
+  }
+
+  const ScriptedServer server_{{}};
+  const LocalListener local_{server_.port()};
+  std::future<Channel> pipes_;
+  Socket socket_;
+  Channel server_end_;
+};
+
+TEST_F(PipesTest, CarryRequestsAndAnswers) {
+  socket_.send_all("request", 7, soon());
+  std::array<char, 16> bytes{};
+  EXPECT_EQ(read(server_end_.input, bytes.data(), bytes.size()), 7);
+  EXPECT_EQ(socket_.receive_arrived(bytes.data(), bytes.size()), 0U);
+  EXPECT_EQ(write(server_end_.output, "answers", 7), 7);
+  EXPECT_EQ(socket_.receive(bytes.data(), bytes.size(), soon()), 7U);
+  EXPECT_EQ(write(server_end_.output, "more", 4), 4);
+  EXPECT_EQ(socket_.receive_arrived(bytes.data(), bytes.size()), 4U);
+}
+
+TEST_F(PipesTest, ShowTheEndOfTheServer) {
+  end_server();
+  socket_.send_all("x", 1, soon());  // without SIGPIPE
+  char byte = 0;
+  EXPECT_EQ(socket_.receive(&byte, 1, soon()), 0U);
+  const std::string long_request(1 << 20, 'x');
+  EXPECT_EQ(message_of<SocketError>(
+                [&] { socket_.send_all(long_request.data(), long_request.size(), soon()); }),
+            "Broken pipe");
+}
+
+TEST_F(PipesTest, TimeOut) {
+  const auto now = [] { return Deadline(std::chrono::steady_clock::now() + kSignalCheckPeriod); };
+  char byte = 0;
+  EXPECT_EQ(message_of<SocketError>([&] { socket_.receive(&byte, 1, now()); }), "timed out");
+  const std::string long_request(1 << 20, 'x');
+  EXPECT_EQ(message_of<SocketError>(
+                [&] { socket_.send_all(long_request.data(), long_request.size(), now()); }),
+            "timed out");
+}
+
+/// The client cannot make the server block: each end has flags of its own.
+TEST_F(PipesTest, OfTheServerDoNotBlock) {
+  for (const int descriptor : {server_end_.input, server_end_.output}) {
+    EXPECT_NE(fcntl(descriptor, F_GETFL) & O_NONBLOCK, 0);
+  }
+  for (int other = STDERR_FILENO + 1; other < 64; ++other) {
+    if (other == server_end_.input || other == server_end_.output) continue;
+    const int flags = fcntl(other, F_GETFL);
+    if (flags >= 0) fcntl(other, F_SETFL, flags & ~O_NONBLOCK);
+  }
+  char byte = 0;
+  EXPECT_EQ(read(server_end_.input, &byte, 1), -1);
+  EXPECT_EQ(errno, EAGAIN);
+}
+
+TEST(Socket, ConnectsToThePortIfNoPipesArrive) {
+  std::promise<std::string> received;
+  const ScriptedServer server({[&](Peer& peer) { received.set_value(peer.take(1)); }});
   const LocalListener local(server.port());
+  const std::future<void> given = local.give_a_byte_to_client();
   const Deadline deadline(std::chrono::steady_clock::now() + kHang);
   Socket socket("localhost", server.port(), deadline);
   socket.send_all("x", 1, deadline);
-  EXPECT_EQ(local.receive_from_client(), 'x');
+  EXPECT_EQ(received.get_future().get(), "x");
 }
 
 /// Otherwise the server would receive what the process prints.

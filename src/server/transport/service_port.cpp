@@ -91,19 +91,6 @@ bool call_master_api(const std::string& method, const std::string& service,
   return ros::master::execute(method, request, response, payload, is_registration);
 }
 
-/// @param has_answered set if a call has been answered
-ServiceSession::Outcome advance(ServiceSession& session, short happened, bool& has_answered) {
-  // On one core the client runs as soon as it has its answer, so its next request has often arrived
-  // already and needs no poll. The number of calls is limited because other clients wait.
-  constexpr int kMaxCalls = 8;
-  ServiceSession::Outcome outcome = session.advance(happened);
-  has_answered |= outcome == ServiceSession::Outcome::called;
-  for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < kMaxCalls; ++calls) {
-    outcome = session.advance(POLLIN);
-  }
-  return outcome;
-}
-
 }  // namespace
 
 ServicePort::ServicePort(std::chrono::microseconds spin)
@@ -161,15 +148,28 @@ void ServicePort::serve_sessions() {
       continue;
     }
     const std::size_t before = sessions_[i]->held();
-    const bool is_over =
-        advance(*sessions_[i], happened, has_answered_) == ServiceSession::Outcome::over;
+    const bool is_over = advance(*sessions_[i], happened) == ServiceSession::Outcome::over;
     held_ += sessions_[i]->held() - before;  // may be negative, modulo 2^64
     if (is_over) remove(sessions_[i]);
     if (held_ > kMaxHeldBytes) make_room();
   }
 }
 
+ServiceSession::Outcome ServicePort::advance(ServiceSession& session, short happened) {
+  // If the client blocks on this core, it runs as soon as it has its answer, so its next request
+  // has often arrived already and needs no poll. Other clients wait, so the calls are limited.
+  const int max_calls = spin_.pays() ? 1 : kMaxCalls;
+  ServiceSession::Outcome outcome = session.advance(happened);
+  if (outcome == ServiceSession::Outcome::called) answered_ = &session;
+  for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < max_calls; ++calls) {
+    outcome = session.advance(POLLIN);
+  }
+  return outcome;
+}
+
 void ServicePort::remove(std::unique_ptr<ServiceSession>& session) {
+  if (answered_ == session.get()) answered_ = nullptr;
+  if (session->has_pipes()) --num_local_;
   held_ -= session->held();
   session.reset();
   is_any_over_ = true;
@@ -204,9 +204,11 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
     if (session->has_work()) longest = std::chrono::nanoseconds::zero();
   }
   // A client that has its answer usually sends its next request soon.
-  if (std::exchange(has_answered_, false) && longest >= spin_.limit()) {
-    const bool is_ready = spin_.poll([this] {
+  ServiceSession* const answered = std::exchange(answered_, nullptr);
+  if (answered != nullptr && longest >= spin_.limit()) {
+    const bool is_ready = spin_.poll([&] {
       constexpr timespec kNow{};
+      if (++num_polls_ % kMaxCalls != 0) return answered->read_ahead();
       return ppoll(polled_.data(), polled_.size(), &kNow, nullptr) > 0;
     });
     if (is_ready) return;
@@ -242,18 +244,39 @@ void ServicePort::accept_clients(int listener) {
       accepts_from_ = Clock::now() + std::chrono::seconds(1);
       return;
     }
-    if (sessions_.size() >= max_sessions_) {
-      turn_away(descriptor);
-      continue;
+    if (listener == local_listener_) {
+      welcome_locally(descriptor);
+    } else {
+      welcome(descriptor);
     }
-    set(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
-    set(descriptor, SOL_SOCKET, SO_KEEPALIVE, 1);
-    set(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
-    set(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
-    set(descriptor, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
-    sessions_.push_back(std::make_unique<ServiceSession>(descriptor, shared_));
-    held_ += sessions_.back()->held();
   }
+}
+
+void ServicePort::welcome(int descriptor) {
+  if (is_full()) {
+    turn_away(descriptor);
+    return;
+  }
+  set(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);
+  set(descriptor, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
+  set(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
+  set(descriptor, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
+  add(Channel::of_socket(descriptor));
+}
+
+/// A client that receives no pipes connects to the port, where it learns that the server is full.
+void ServicePort::welcome_locally(int descriptor) {
+  const Channel pipes = is_full() ? Channel{} : give_pipes(descriptor);
+  close(descriptor);
+  if (!pipes.is_open()) return;
+  ++num_local_;
+  add(pipes);
+}
+
+void ServicePort::add(Channel channel) {
+  sessions_.push_back(std::make_unique<ServiceSession>(channel, shared_));
+  held_ += sessions_.back()->held();
 }
 
 }  // namespace walker

@@ -85,6 +85,8 @@ class ServicePort {
   using Clock = ServiceSession::Clock;
 
   static constexpr std::size_t kAlwaysAccepted = std::size_t{64} << 10U;  // request bytes
+  /// Upper bound of a client's calls in a row without a look at the other clients.
+  static constexpr int kMaxCalls = 8;
 
   /// @param call as `OfferedService::call`, with the deserialised request
   template <typename Service, typename Call>
@@ -101,23 +103,31 @@ class ServicePort {
   }
 
   void add(const std::string& name, OfferedService service);
+  /// Whether no further client is taken. Pipes have twice the file descriptors of a socket.
+  bool is_full() const { return sessions_.size() + num_local_ >= max_sessions_; }
+  void welcome(int descriptor);
+  void welcome_locally(int descriptor);
+  void add(Channel channel);
   void wait(int other, std::chrono::nanoseconds longest);
   void serve_sessions();
+  ServiceSession::Outcome advance(ServiceSession& session, short happened);
   void make_room();
   void remove(std::unique_ptr<ServiceSession>& session);
   void accept_clients(int listener);
   void turn_away(int descriptor);
 
   int listener_;
-  int local_listener_;  // for our clients on this machine; negative: its name is taken
+  int local_listener_;  // hands pipes to our clients on this machine; negative: its name is taken
   std::string uri_;
   std::size_t max_sessions_;
   SharedBySessions shared_;
   std::vector<std::unique_ptr<ServiceSession>> sessions_;  // null: ended
+  std::size_t num_local_ = 0;                              // sessions with pipes
   std::size_t held_ = 0;                                   // bytes of all sessions
   bool is_any_over_ = false;
-  bool has_answered_ = false;  // in the last `serve`
+  ServiceSession* answered_ = nullptr;  // called in the last `serve`; null: none, or it has ended
   SpinWait<> spin_;
+  unsigned num_polls_ = 0;  // while spinning
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
   std::vector<pollfd> polled_;      // listeners, `other`, answers, sessions in order
   Clock::time_point now_;           // time of the last poll

@@ -41,6 +41,12 @@ std::string quoted(const std::string& text) { return printable(text, kMaxQuotedB
 
 bool is_retryable_errno() { return errno == EAGAIN || errno == EINTR; }
 
+/// As write(), without SIGPIPE: for pipes roscpp has switched it off.
+ssize_t write_to(const Channel& channel, const std::uint8_t* data, std::size_t size) {
+  return channel.is_pipes() ? write(channel.output, data, size)
+                            : send(channel.output, data, size, MSG_NOSIGNAL);
+}
+
 void free_memory(tcpros::Bytes& bytes) { tcpros::Bytes().swap(bytes); }
 
 }  // namespace
@@ -51,13 +57,13 @@ void log_client(SharedBySessions& shared, const char* what, const std::string& w
                                               << shared.throttle.left_out());
 }
 
-ServiceSession::ServiceSession(int descriptor, SharedBySessions& shared)
-    : descriptor_(descriptor),
+ServiceSession::ServiceSession(Channel channel, SharedBySessions& shared)
+    : channel_(channel),
       shared_(shared),
       due_(Clock::now() + kUntilHeader),
       input_(kFirstCapacity) {}
 
-ServiceSession::~ServiceSession() { close(descriptor_); }
+ServiceSession::~ServiceSession() { channel_.close(); }
 
 short ServiceSession::events() const {
   // After EOF, POLLRDHUP would fire on every poll; an RST is reported regardless.
@@ -81,7 +87,15 @@ bool ServiceSession::has_request() const {
   return received_ - begin_ >= size || size - tcpros::kLengthBytes > max_bytes();
 }
 
+bool ServiceSession::read_ahead() {
+  const bool has_room = received_ < input_.size();  // more memory would have to be accounted for
+  if (pending_ || has_output() || has_request() || !has_room) return has_work();
+  is_at_end_ = !receive();
+  return has_work();
+}
+
 ServiceSession::Outcome ServiceSession::advance(short happened) {
+  if (is_at_end_) return Outcome::over;
   if (pending_) {
     if (is_gone_while_pending(happened)) return Outcome::over;
     if (!pending_->is_given()) return Outcome::waits;
@@ -181,7 +195,7 @@ void ServiceSession::make_room() {
 bool ServiceSession::receive() {
   if (discarded_ > 0) return discard();
   make_room();
-  const ssize_t size = recv(descriptor_, &input_[received_], input_.size() - received_, 0);
+  const ssize_t size = read(channel_.input, &input_[received_], input_.size() - received_);
   if (size == 0) return false;
   if (size < 0) return is_retryable_errno();
   received_ += static_cast<std::size_t>(size);
@@ -191,7 +205,7 @@ bool ServiceSession::receive() {
 
 bool ServiceSession::discard() {
   std::array<std::uint8_t, kKeptBytes> nowhere;  // NOLINT(cppcoreguidelines-pro-type-member-init)
-  const ssize_t size = recv(descriptor_, nowhere.data(), std::min(discarded_, nowhere.size()), 0);
+  const ssize_t size = read(channel_.input, nowhere.data(), std::min(discarded_, nowhere.size()));
   if (size == 0) return false;
   if (size < 0) return is_retryable_errno();
   discarded_ -= static_cast<std::size_t>(size);
@@ -201,7 +215,7 @@ bool ServiceSession::discard() {
 bool ServiceSession::send() {
   if (pending_) return true;  // keeps sent_, for its first byte may have been sent
   while (has_output()) {
-    const ssize_t size = ::send(descriptor_, &output_[sent_], output_.size() - sent_, MSG_NOSIGNAL);
+    const ssize_t size = write_to(channel_, &output_[sent_], output_.size() - sent_);
     if (size < 0) return is_retryable_errno();
     sent_ += static_cast<std::size_t>(size);
     moved_at_ = ++shared_.moves;
@@ -213,13 +227,13 @@ bool ServiceSession::send() {
   return true;
 }
 
-/// EOF alone does not show that the client has disconnected: it may have shut down only its sending
-/// side and wait for the answer. So the session sends the first byte of the answer early; if the
-/// client has closed its socket, its system replies with RST.
+/// EOF of a socket alone does not show that the client has disconnected: it may have shut down only
+/// its sending side and wait for the answer. So the session sends the first byte of the answer
+/// early; if the client has closed its socket, its system replies with RST.
 bool ServiceSession::is_gone_while_pending(short happened) {
   if ((happened & (POLLERR | POLLHUP)) != 0) return true;
   if ((happened & POLLRDHUP) == 0 || sent_ > 0) return false;
-  const ssize_t size = ::send(descriptor_, &tcpros::kResponseFollows, 1, MSG_NOSIGNAL);
+  const ssize_t size = write_to(channel_, &tcpros::kResponseFollows, 1);
   if (size < 0) return !is_retryable_errno();
   sent_ = 1;
   return false;

@@ -11,6 +11,7 @@
 
 #include "ros/throttle.h"
 #include "server/transport/pending_answer.h"
+#include "wire/pipes.h"
 #include "wire/tcpros.h"
 
 namespace walker {
@@ -41,9 +42,9 @@ constexpr std::size_t kMaxHeldBytes = std::size_t{256} << 20U;
 /// Logs a client's fault, unless the throttle suppresses it. Escapes text that the client sent.
 void log_client(SharedBySessions& shared, const char* what, const std::string& why);
 
-/// Speaks TCPROS (wire/tcpros.h) on a non-blocking socket, and never waits.
+/// Speaks TCPROS (wire/tcpros.h) on a non-blocking socket or pipes, and never waits.
 ///
-/// While an answer is pending or not fully written, further requests stay in the socket, so a
+/// While an answer is pending or not fully written, further requests stay in the system, so a
 /// client that never reads costs the memory of one answer and delays no other client. Memory for a
 /// request grows with the bytes that arrive, not with the announced length. A request that is too
 /// long for its service is refused as soon as its length has arrived, and its bytes are discarded.
@@ -51,27 +52,36 @@ class ServiceSession {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param descriptor connected socket; closed by the destructor
-  /// @param shared     outlives this
-  ServiceSession(int descriptor, SharedBySessions& shared);
+  /// @param channel connected; closed by the destructor
+  /// @param shared  outlives this
+  ServiceSession(Channel channel, SharedBySessions& shared);
   ServiceSession(const ServiceSession&) = delete;
   ServiceSession& operator=(const ServiceSession&) = delete;
   ~ServiceSession();
 
-  int descriptor() const { return descriptor_; }
+  bool has_pipes() const { return channel_.is_pipes(); }
+  /// File descriptor to poll.
+  int descriptor() const { return has_output() ? channel_.output : channel_.input; }
   /// Events to poll for, a bit mask of poll().
   short events() const;
-  /// Whether a buffered request or a given answer is ready, which poll() does not report.
-  bool has_work() const { return has_request() || (pending_ && pending_->is_given()); }
+  /// Whether a buffered request, a given answer or EOF is ready, which poll() does not report.
+  bool has_work() const {
+    return has_request() || (pending_ && pending_->is_given()) || is_at_end_;
+  }
   /// Whether the header is late. With a header the client may idle forever, as with roscpp.
   bool is_overdue(Clock::time_point now) const { return service_ == nullptr && now >= due_; }
 
   enum class Outcome { waits, called, over };
 
   /// Reads, handles and writes as far as possible without blocking, and makes at most one call.
-  /// @param happened events that poll() returned for its socket
+  /// @param happened events that poll() returned for its descriptor
   /// @return `called` after a call that has been answered; `over` if the session is to be destroyed
   Outcome advance(short happened);
+
+  /// Reads what has arrived of the next request, as poll() and `advance` would, with one system
+  /// call fewer.
+  /// @return whether `advance` has work
+  bool read_ahead();
 
   /// Memory that it holds [bytes].
   std::size_t held() const { return input_.size() + output_.capacity() + pending_bytes_; }
@@ -106,13 +116,14 @@ class ServiceSession {
   std::size_t frame_size() const;
   std::size_t max_bytes() const;
 
-  int descriptor_;
+  Channel channel_;
   SharedBySessions& shared_;
   const OfferedServices::value_type* service_ = nullptr;  // null until the header has arrived
   Clock::time_point due_;                                 // deadline of the header
   std::string caller_;                                    // escaped and truncated
   bool is_persistent_ = false;
   bool is_over_ = false;                    // ends once everything is sent
+  bool is_at_end_ = false;                  // `read_ahead` has found the connection closed
   tcpros::Bytes input_;                     // keeps its capacity, like output_
   std::size_t begin_ = 0;                   // start of the next header or request
   std::size_t received_ = 0;                // end of the received bytes
