@@ -99,7 +99,7 @@ if(WALKER_SIM_INSTRUMENT)
   set(left_out small_stack_test) # instrumented functions need a larger stack
 endif()
 walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${left_out}
-  ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp)
+  ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp test/robots/sensor_noise_test.cpp)
 
 set(left_out "")
 if(NOT bipedal_walker_kernels)

@@ -14,6 +14,7 @@
 #include "walker_sim/export.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
+#include "walker_sim/world.h"
 
 namespace walker {
 
@@ -70,6 +71,18 @@ struct Transition {
   std::string error;
 };
 
+/// Reset.srv's response.
+struct Reset {
+  Transition transition;
+  WorldValues world;  ///< drawn by the episode; empty: Gymnasium's world
+};
+
+/// EnvironmentWorld.msg.
+struct EnvironmentWorld {
+  std::uint32_t environment = 0;
+  WorldValues values;
+};
+
 /// StepMany.srv's response.
 struct RepeatedStep {
   Transition transition;    ///< of the last step
@@ -95,6 +108,9 @@ struct BatchTransition {
   std::vector<std::uint32_t> final_environments;
   std::vector<double> final_observations;  ///< final_environments x observation size
   std::vector<double> final_info;          ///< final_environments x info names
+  /// What was drawn by environments that were reset in this call; not of those in Gymnasium's
+  /// world.
+  std::vector<EnvironmentWorld> worlds;
 };
 
 /// ResetBatch.srv's response; rows in the order of the request.
@@ -104,6 +120,7 @@ struct BatchReset {
   // Environments whose engine failed, and the engine's messages.
   std::vector<std::uint32_t> failed_environments;
   std::vector<std::string> failures;
+  std::vector<EnvironmentWorld> worlds;  ///< what was drawn; not of those in Gymnasium's world
 };
 
 /// EnvironmentSpec.msg.
@@ -113,6 +130,7 @@ struct ServerSpecification {
   std::uint32_t num_envs = 0;
   std::vector<std::string> parameter_names;
   std::vector<std::string> parameter_values;
+  World world;  ///< of the shown environment's resets to come; empty: Gymnasium's
   std::uint32_t observation_size = 0;
   std::string observation_dtype;
   std::vector<double> observation_low;
@@ -167,6 +185,9 @@ class WALKER_SIM_EXPORT Client {
 
   /// ~reset. @param seed std::nullopt: the generator continues
   void reset(std::optional<std::uint64_t> seed, Transition& transition);
+  /// @param world of this and the following episodes; empty: Gymnasium's. std::nullopt: the
+  /// server's
+  void reset(std::optional<std::uint64_t> seed, const std::optional<World>& world, Reset& reset);
   /// ~step. @param action `size` values, one per joint, unitless
   void step(const double* action, std::size_t size, Transition& transition);
   /// ~step_many: repeats an action until the steps are made or the episode ends. Older servers lack
@@ -182,11 +203,21 @@ class WALKER_SIM_EXPORT Client {
   /// @param record     from `snapshot`, of this server or another
   /// @param transition receives the transition of the record's last step
   void restore(const std::vector<std::uint8_t>& record, Transition& transition);
+  void restore(const std::vector<std::uint8_t>& record, Reset& reset);
   /// ~reset_batch.
   /// @param environments indices; empty: all
   /// @param seeds empty, or one per listed environment; std::nullopt: its generator continues
   void reset_batch(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::optional<std::uint64_t>>& seeds, BatchReset& reset);
+  /// @param worlds of these and the following episodes: one for all, or one per listed environment;
+  ///               empty: the server's
+  void reset_batch(const std::vector<std::uint32_t>& environments,
+                   const std::vector<std::optional<std::uint64_t>>& seeds,
+                   const std::vector<World>& worlds, BatchReset& reset);
+  /// ~set_world: sets the worlds of environments, from each one's next reset on.
+  /// @param environments indices; empty: all
+  /// @param worlds one for all, or one per listed environment; an empty World is Gymnasium's
+  void set_world(const std::vector<std::uint32_t>& environments, const std::vector<World>& worlds);
   /// ~step_batch. @param actions num_envs x action size, row-major, `size` values in total
   void step_batch(const double* actions, std::size_t size, BatchTransition& transition);
   /// ~render: draws the current state of an environment. Older servers lack this service: only this

@@ -12,6 +12,7 @@
 #include "walker_sim/export.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
+#include "walker_sim/world.h"
 
 namespace walker {
 
@@ -68,7 +69,16 @@ class WALKER_SIM_EXPORT Environment {
   /// @throws InvalidAction, ResetNeeded
   virtual void step(const double* action, std::size_t size, Result& result) = 0;
 
-  /// Measures the current state. @throws ResetNeeded
+  /// Sets the world of the resets to come. Empty: Gymnasium's.
+  /// @throws std::invalid_argument as `check_world`; then nothing has changed
+  virtual void set_world(const World& world) = 0;
+  /// The world of the resets to come.
+  virtual World world() const = 0;
+  /// What the current episode has drawn from its world.
+  virtual WorldValues world_values() const = 0;
+
+  /// Measures the current state; in a world with noise and delay, what sensors then measure.
+  /// @throws ResetNeeded
   virtual void sense(Sensors& sensors) = 0;
 
   /// Describes the surroundings in the current episode. @throws ResetNeeded

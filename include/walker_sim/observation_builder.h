@@ -20,6 +20,7 @@ struct Measurements {
   Vector3 linear_velocity{};  ///< trunk's origin, in the trunk's axes [m/s]; from odom's twist
   std::vector<std::uint8_t> contacts;  ///< per contact link; 1: touches the ground
   std::vector<double> ranges;          ///< of the range finder [m]; +infinity: no hit
+  double maximum_range = 0;            ///< of the range finder [m]; from scan
 };
 
 /// Builds the observations of one environment. Not thread-safe.

@@ -134,6 +134,12 @@ class WALKER_SIM_EXPORT Pool {
   void load_states(const std::vector<std::uint32_t>& environments,
                    const std::vector<std::vector<std::byte>>& states, const Batch& batch);
 
+  /// Sets the worlds of the listed environments' next resets, as `Environment::set_world` does.
+  /// @param environments indices; empty: all
+  /// @param worlds one per listed environment, or one for all
+  /// @throws std::invalid_argument as `check_world`, or if the number of worlds is wrong
+  void set_world(const std::vector<std::uint32_t>& environments, const std::vector<World>& worlds);
+
   /// Returns an environment. Unless the mode is same_step, it may also be reset, stepped or loaded
   /// alone.
   Environment& environment(std::size_t index);

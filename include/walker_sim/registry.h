@@ -12,6 +12,7 @@
 #include "walker_sim/environment.h"
 #include "walker_sim/observation_builder.h"
 #include "walker_sim/renderer.h"
+#include "walker_sim/world.h"
 
 namespace walker {
 
@@ -21,7 +22,12 @@ class Robot;
 struct Registration {
   std::string id;
   std::vector<ParameterDescription> parameters;  ///< without `max_episode_steps`
-  std::uint32_t max_episode_steps = 0;           ///< default limit; 0: none
+  std::vector<WorldParameter> world_parameters;  ///< of level and physics; others are common
+  /// Refuses worlds whose values contradict each other; empty: none does.
+  /// @throws std::invalid_argument
+  std::function<void(const World&)> check_world;
+  double push_impulse = 0;              ///< default of the world's parameter [N s]
+  std::uint32_t max_episode_steps = 0;  ///< default limit; 0: none
   /// Gymnasium's `reward_threshold`; NaN: none.
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();
   /// Reward of a terminating step if the robot fell; any other reward means that it arrived.

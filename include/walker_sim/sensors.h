@@ -23,6 +23,7 @@ struct Sensors {
                                   ///< world axes [m/s^2]
   Vector3 gravity{};              ///< world axes [m/s^2]
   std::vector<double> ranges;     ///< of the range finder [m]; +infinity: no hit
+  double maximum_range = 0;       ///< of the range finder in this world [m]; 0: there is none
   std::vector<std::uint8_t> contacts;  ///< per contact link; 1: touches the ground
 };
 

@@ -31,8 +31,13 @@ constexpr std::uint32_t kMaxRecordTextBytes = 1U << 20U;
 /// Capacity reserved for an end reason, so that steps do not allocate [bytes].
 constexpr std::size_t kMaxEndReason = 100;
 
-/// Upper bound of the strings in one array of a message; robots have about ten.
+/// Upper bound of the strings in one array of a message; robots have about ten. Arrays of messages
+/// have one element per environment at most.
 constexpr std::uint32_t kMaxTexts = 4096;
+
+/// Upper bounds of one world in a message; robots have about 30 parameters.
+constexpr std::size_t kMaxWorldParameters = 256;
+constexpr std::size_t kMaxWorldBytes = 4096;
 
 /// Upper bound of an image's width and height.
 constexpr std::uint32_t kMaxPixels = 4096;

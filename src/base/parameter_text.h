@@ -12,8 +12,8 @@ namespace walker {
 
 /// @param what prefix of the message
 /// @throws std::invalid_argument for a name that is not in `known`, with the nearest known name
-[[noreturn]] void refuse_unknown(const std::string& what, const std::string& name,
-                                 const std::vector<std::string>& known);
+[[noreturn]] WALKER_SIM_EXPORT void refuse_unknown(const std::string& what, const std::string& name,
+                                                   const std::vector<std::string>& known);
 
 /// Parses a number: strtod's syntax in the C locale, or YAML's .inf and -.inf. Returns std::nullopt
 /// if the text is not exactly one number, or if the number overflows a double.

@@ -1,6 +1,8 @@
 #include "base/random.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <random>
@@ -35,32 +37,37 @@ std::uint32_t mix(std::uint32_t left, std::uint32_t right) {
   return result ^ (result >> kShift);
 }
 
-/// SeedSequence(seed).pool: the zero-padded words of the seed, each mixed into the others.
-Pool entropy_pool(std::uint64_t seed) {
-  Pool pool{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U), 0, 0};
+/// SeedSequence(words).pool: the first words, zero-padded, each mixed into the others, and then all
+/// further words mixed into each.
+Pool entropy_pool(const std::uint32_t* words, std::size_t count) {
+  Pool pool{};
+  std::copy_n(words, std::min(count, kPoolSize), pool.begin());
   std::uint32_t constant = kInitA;
   for (std::uint32_t& word : pool) word = hash(word, constant, kMultiplierA);
-  for (std::size_t source = 0; source < kPoolSize; ++source) {
+  for (std::size_t source = 0; source < std::max(kPoolSize, count); ++source) {
     for (std::size_t target = 0; target < kPoolSize; ++target) {
-      if (source != target) {
-        pool[target] = mix(pool[target], hash(pool[source], constant, kMultiplierA));
-      }
+      if (source == target) continue;
+      const std::uint32_t word = source < kPoolSize ? pool[source] : words[source];
+      pool[target] = mix(pool[target], hash(word, constant, kMultiplierA));
     }
   }
   return pool;
 }
 
-/// SeedSequence(seed).generate_state(4, uint64): state high, low, sequence high, low.
-std::array<std::uint64_t, 4> seed_words(std::uint64_t seed) {
-  const Pool pool = entropy_pool(seed);
-  std::array<std::uint64_t, 4> words{};
+/// SeedSequence(words).generate_state(4, uint64): state high, low, sequence high, low.
+std::array<std::uint64_t, 4> seed_words(const std::uint32_t* words, std::size_t count) {
+  const Pool pool = entropy_pool(words, count);
+  std::array<std::uint64_t, 4> state{};
   std::uint32_t constant = kInitB;
-  for (std::size_t i = 0; i < 2 * words.size(); ++i) {
+  for (std::size_t i = 0; i < 2 * state.size(); ++i) {
     const std::uint64_t half = hash(pool[i % kPoolSize], constant, kMultiplierB);
-    words[i / 2] |= half << (32U * (i % 2));
+    state[i / 2] |= half << (32U * (i % 2));
   }
-  return words;
+  return state;
 }
+
+std::uint32_t low_half(std::uint64_t word) { return static_cast<std::uint32_t>(word); }
+std::uint32_t high_half(std::uint64_t word) { return static_cast<std::uint32_t>(word >> 32U); }
 
 void check(bool is_right, const char* name, std::uint64_t value, const char* allowed) {
   if (is_right) return;
@@ -70,9 +77,18 @@ void check(bool is_right, const char* name, std::uint64_t value, const char* all
 }  // namespace
 
 Generator::Generator(std::uint64_t seed) {
-  const std::array<std::uint64_t, 4> words = seed_words(seed);
-  const Uint128 initial = (Uint128{words[0]} << 64U) | words[1];
-  const Uint128 sequence = (Uint128{words[2]} << 64U) | words[3];
+  const std::array<std::uint32_t, 2> words{low_half(seed), high_half(seed)};
+  seed_with(words.data(), words.size());
+}
+
+Generator::Generator(const std::vector<std::uint32_t>& words) {
+  seed_with(words.data(), words.size());
+}
+
+void Generator::seed_with(const std::uint32_t* words, std::size_t count) {
+  const std::array<std::uint64_t, 4> state = seed_words(words, count);
+  const Uint128 initial = (Uint128{state[0]} << 64U) | state[1];
+  const Uint128 sequence = (Uint128{state[2]} << 64U) | state[3];
   increment_ = (sequence << 1U) | 1U;
   advance();
   state_ += initial;
@@ -132,6 +148,22 @@ double Generator::uniform(double low, double high) {
   return low + range * random();
 }
 
+void Generator::normals(double* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; i += 2) {
+    double x = 0;
+    double y = 0;
+    double square = 0;
+    do {  // a point of the unit disk, not its centre
+      x = uniform(-1, 1);
+      y = uniform(-1, 1);
+      square = x * x + y * y;
+    } while (square >= 1 || square == 0);
+    const double scale = std::sqrt(-2 * std::log(square) / square);
+    values[i] = x * scale;
+    if (i + 1 < count) values[i + 1] = y * scale;
+  }
+}
+
 std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
   constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
   // Unsigned, as the difference may overflow a signed integer.
@@ -151,6 +183,20 @@ std::int64_t Generator::integers(std::int64_t low, std::int64_t high) {
     }
   }
   return low + static_cast<std::int64_t>(product >> 32U);
+}
+
+Generator derive(const GeneratorState& episode, const std::string& purpose) {
+  constexpr std::uint32_t kOffsetBasis = 0x811c9dc5;
+  constexpr std::uint32_t kPrime = 0x01000193;
+  std::vector<std::uint32_t> words;
+  for (const std::uint64_t word : episode) {
+    words.push_back(low_half(word));
+    words.push_back(high_half(word));
+  }
+  std::uint32_t sum = kOffsetBasis;
+  for (const char byte : purpose) sum = (sum ^ static_cast<unsigned char>(byte)) * kPrime;
+  words.push_back(sum);
+  return Generator(words);
 }
 
 std::uint64_t draw_seed() {

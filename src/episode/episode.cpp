@@ -72,20 +72,23 @@ void Episode::take_seed(std::optional<std::uint64_t>& seed) {
   if (seed) generator_.emplace(*seed);
 }
 
-void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed) {
+void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed,
+                    const std::shared_ptr<const WorldValues>& recorded) {
   generator_ = Generator(generator_state);  // may throw, before anything has changed
-  begin_episode(seed);
+  begin_episode(seed, recorded);
 }
 
-void Episode::begin_episode(std::optional<std::uint64_t> seed) {
-  if (!prepare_reset(seed)) return;
+void Episode::begin_episode(std::optional<std::uint64_t> seed,
+                            const std::shared_ptr<const WorldValues>& recorded) {
+  if (!prepare_reset(seed, recorded)) return;
   RobotStep* const reset = &step_;
   robot_->step_group(&reset, 1);
   conclude_reset();
 }
 
-/// @return whether there is a generator; if not, the reset has failed and is concluded
-bool Episode::prepare_reset(std::optional<std::uint64_t> seed) {
+/// @return whether there are a generator and a world; if not, the reset has failed and is concluded
+bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
+                            const std::shared_ptr<const WorldValues>& recorded) {
   ++state_.episode;
   state_.step = 0;
   state_.action.clear();
@@ -99,18 +102,48 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed) {
   actions_.clear();
   checksums_.clear();
   was_loaded_ = false;
-  sensors_are_fresh_ = false;
+  forget_sensors();
   state_.generator_state = {};
   try {
     if (!generator_) generator_.emplace(draw_seed());
+    state_.generator_state = generator_->state();
+    if (world_ || recorded || state_.world) prepare_world(recorded);
   } catch (...) {
     step_.failure = std::current_exception();
     conclude_reset();
     return false;
   }
-  state_.generator_state = generator_->state();
   step_.generator = &*generator_;
   return true;
+}
+
+/// Draws and applies the values of the episode that begins.
+void Episode::prepare_world(const std::shared_ptr<const WorldValues>& recorded) {
+  std::shared_ptr<const WorldValues> values = recorded;
+  if (!values && world_) {
+    values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
+  }
+  apply_world(values);
+}
+
+/// @param values null or empty: Gymnasium's world
+void Episode::apply_world(const std::shared_ptr<const WorldValues>& values) {
+  const bool is_gymnasiums = !values || values->empty();
+  effects_.reset();
+  step_.push = {};
+  state_.world = is_gymnasiums ? nullptr : values;
+  if (!is_gymnasiums && Effects::has_any(*values)) {
+    effects_ = std::make_unique<Effects>(*values, specification(), state_.generator_state);
+  }
+  robot_->set_world(is_gymnasiums ? WorldValues{} : *values);
+}
+
+void Episode::observe() {
+  if (effects_) {
+    effects_->observe(*robot_, state_.step, state_.observation.data());
+  } else {
+    robot_->observe(state_.observation.data());
+  }
 }
 
 void Episode::conclude_reset() {
@@ -120,7 +153,7 @@ void Episode::conclude_reset() {
     std::fill(state_.observation.begin(), state_.observation.end(), 0);
     fail(kResetFailed, std::exchange(step_.failure, nullptr));
   } else {
-    robot_->observe(state_.observation.data());
+    observe();
   }
   if (options_.records_actions) record_checksum();
 }
@@ -183,6 +216,7 @@ void Episode::prepare(const double* action) {
   const std::size_t size = specification().action_size();
   state_.action.assign(action, action + size);
   step_.action = action;
+  if (effects_) effects_->begin_step(action, state_.step + 1, step_);
   step_.terminated = false;
   step_.end_reason = "";
   if (options_.records_actions && !was_loaded_ && state_.step < kMaxRecordedSteps) {
@@ -195,7 +229,7 @@ void Episode::prepare(const double* action) {
 
 void Episode::conclude() {
   ++state_.step;
-  sensors_are_fresh_ = false;
+  forget_sensors();
   if (step_.failure) {
     fail(kStepFailed, std::exchange(step_.failure, nullptr));
   } else {
@@ -205,7 +239,7 @@ void Episode::conclude() {
 }
 
 void Episode::take_outcome() {
-  robot_->observe(state_.observation.data());
+  observe();
   state_.reward = step_.reward;
   state_.episode_return += step_.reward;
   state_.terminated = step_.terminated;
@@ -235,10 +269,29 @@ void Episode::fail(const char* reason, const std::exception_ptr& thrown) {
 
 const Sensors& Episode::sensors() {
   if (!sensors_are_fresh_) {
-    sense(sensors_);
+    require_state("sense");
+    robot_->sense(sensors_);
     sensors_are_fresh_ = true;
   }
   return sensors_;
+}
+
+const Sensors& Episode::measurements() {
+  if (!effects_) {
+    measured_step_ = state_.step;
+    return sensors();
+  }
+  if (!measurements_are_fresh_) {
+    require_state("sense");
+    measured_step_ = effects_->measure(*robot_, measurements_);
+    measurements_are_fresh_ = true;
+  }
+  return measurements_;
+}
+
+void Episode::forget_sensors() {
+  sensors_are_fresh_ = false;
+  measurements_are_fresh_ = false;
 }
 
 const Scene& Episode::scene() {
@@ -256,8 +309,15 @@ void Episode::take_over(Episode& other) {
   std::swap(actions_, other.actions_);
   std::swap(checksums_, other.checksums_);
   std::swap(was_loaded_, other.was_loaded_);
-  sensors_are_fresh_ = false;
-  other.sensors_are_fresh_ = false;
+  std::swap(effects_, other.effects_);
+  forget_sensors();
+  other.forget_sensors();
+}
+
+void Episode::set_world(const World& world) {
+  std::shared_ptr<const CheckedWorld> checked;
+  if (!world.empty()) checked = std::make_shared<const CheckedWorld>(specification().id, world);
+  set_world(std::move(checked));
 }
 
 void Episode::reset(std::optional<std::uint64_t> seed, Result& result) {
@@ -281,10 +341,7 @@ void Episode::copy_to(Result& result) const {
   result.error = state_.error.c_str();
 }
 
-void Episode::sense(Sensors& sensors) {
-  require_state("sense");
-  robot_->sense(sensors);
-}
+void Episode::sense(Sensors& sensors) { sensors = measurements(); }
 
 void Episode::scene(Scene& scene) const {
   require_state("scene");
@@ -312,14 +369,14 @@ void Episode::set_coordinates(const std::vector<double>& position,
                               const std::vector<double>& velocity) {
   require_state("set_state");
   robot_->set_coordinates(position, velocity, state_.info.data());
-  robot_->observe(state_.observation.data());
+  observe();
   state_.reward = 0;
   state_.terminated = false;
   state_.truncated = false;
   state_.end_reason.clear();
   actions_.clear();
   was_loaded_ = true;
-  sensors_are_fresh_ = false;
+  forget_sensors();
 }
 
 void Episode::set_coordinates(const std::vector<double>& position,

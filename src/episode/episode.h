@@ -14,6 +14,7 @@
 
 #include "base/limits.h"
 #include "base/random.h"
+#include "episode/effects.h"
 #include "episode/saved_state.h"
 #include "robots/robot.h"
 #include "walker_sim/environment.h"
@@ -43,8 +44,9 @@ struct EpisodeState {
   std::string
       end_reason;     ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
   std::string error;  ///< the engine's message if it failed; else empty
-  std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
-  GeneratorState generator_state{};   ///< before the reset
+  std::optional<std::uint64_t> seed;         ///< of the reset; nullopt: the generator continued
+  GeneratorState generator_state{};          ///< before the reset
+  std::shared_ptr<const WorldValues> world;  ///< drawn at the reset; null: Gymnasium's world
 
   bool has_begun() const { return episode != 0; }
   bool has_ended() const { return terminated || truncated; }
@@ -66,6 +68,7 @@ struct EpisodeRecord {
   std::string engine_version;
   std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
   GeneratorState generator_state{};   ///< before the reset
+  WorldValues world;                  ///< as drawn at the reset
   std::uint32_t num_steps = 0;
   std::vector<double> actions;  ///< steps x action size, as given [unitless]
   /// Checksums of the transitions, the reset's first (EpisodeRecord.msg has the formula). They are
@@ -106,6 +109,10 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// @param index within its pool
   void set_index(std::uint32_t index) { state_.environment = index; }
 
+  /// Sets the world of the resets to come. Episodes may share one. Null: Gymnasium's.
+  /// @param world checked for this id
+  void set_world(std::shared_ptr<const CheckedWorld> world) { world_ = std::move(world); }
+
   const EpisodeState& state() const { return state_; }
 
   /// Begins an episode. If the engine fails, the episode has ended at once (`failed_at_reset`).
@@ -114,7 +121,9 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// Begins an episode from a state of the generator.
   /// @param seed that led to the state, for the record
   /// @throws std::invalid_argument if the state is invalid; then nothing has changed
-  void begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed);
+  /// @param recorded values of the world, which the episode's own does not draw; null: it does
+  void begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed,
+             const std::shared_ptr<const WorldValues>& recorded = nullptr);
 
   /// @throws InvalidAction, ResetNeeded; then nothing has changed
   void step(const double* action, std::size_t size);
@@ -127,8 +136,8 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// One member of `step_group`. The caller has checked the action and that a step is allowed.
   struct GroupStep {
     Episode* episode;
-    const double* action;                    ///< null: a reset
-    std::optional<std::uint64_t> seed = {};  ///< of the reset
+    const double* action;                              ///< null: a reset
+    std::optional<std::uint64_t> seed = std::nullopt;  ///< of the reset
   };
 
   /// Steps or resets several episodes, each as `step` or `reset` does, but without checks.
@@ -138,8 +147,15 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// As the override below. The episode can then no longer be recorded.
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity);
 
-  /// Measurements of the current state, cached until it changes. @throws ResetNeeded
+  /// The current state as exact measurements, cached until it changes. @throws ResetNeeded
   const Sensors& sensors();
+  /// What the world lets sensors measure now, as the observation. Equals `sensors()` in Gymnasium's
+  /// world. @throws ResetNeeded
+  const Sensors& measurements();
+  /// The step at which `measurements()` were made.
+  std::uint32_t measured_step() const { return measured_step_; }
+  /// The step at which the present observation was measured.
+  std::uint32_t observed_step() const { return effects_ ? effects_->observed_step() : state_.step; }
   /// Surroundings in the current episode. @throws ResetNeeded
   const Scene& scene();
   /// Copies both for a renderer. @throws ResetNeeded
@@ -176,6 +192,9 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   const Specification& specification() const override { return robot_->specification(); }
   void reset(std::optional<std::uint64_t> seed, Result& result) override;
   void step(const double* action, std::size_t size, Result& result) override;
+  void set_world(const World& world) override;
+  World world() const override { return world_ ? world_->ranges() : World{}; }
+  WorldValues world_values() const override { return state_.world ? *state_.world : WorldValues{}; }
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
@@ -188,8 +207,14 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
 
  private:
   void take_seed(std::optional<std::uint64_t>& seed);
-  void begin_episode(std::optional<std::uint64_t> seed);
-  bool prepare_reset(std::optional<std::uint64_t> seed);
+  void begin_episode(std::optional<std::uint64_t> seed,
+                     const std::shared_ptr<const WorldValues>& recorded = nullptr);
+  bool prepare_reset(std::optional<std::uint64_t> seed,
+                     const std::shared_ptr<const WorldValues>& recorded = nullptr);
+  void prepare_world(const std::shared_ptr<const WorldValues>& recorded);
+  void apply_world(const std::shared_ptr<const WorldValues>& values);
+  void observe();
+  void forget_sensors();
   void conclude_reset();
   void prepare(const double* action);
   void conclude();
@@ -205,13 +230,18 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   alignas(kCacheLine) std::unique_ptr<Robot> robot_;
   EpisodeOptions options_;
   EpisodeState state_;
-  RobotStep step_;                        // reused: robot and info stay the same
-  std::optional<Generator> generator_;    // nullopt before the first reset
-  std::vector<double> actions_;           // of the current episode, steps x action size
-  std::vector<std::uint64_t> checksums_;  // of the current episode, of the reset and each step
-  bool was_loaded_ = false;               // the episode's first actions are unknown
+  RobotStep step_;                             // reused: robot and info stay the same
+  std::optional<Generator> generator_;         // nullopt before the first reset
+  std::shared_ptr<const CheckedWorld> world_;  // of the resets to come; null: Gymnasium's
+  std::unique_ptr<Effects> effects_;           // of the current episode; null: it has none
+  std::vector<double> actions_;                // of the current episode, steps x action size
+  std::vector<std::uint64_t> checksums_;       // of the current episode, of the reset and each step
+  bool was_loaded_ = false;                    // the episode's first actions are unknown
   bool sensors_are_fresh_ = false;
+  bool measurements_are_fresh_ = false;
   Sensors sensors_;
+  Sensors measurements_;
+  std::uint32_t measured_step_ = 0;
   Scene scene_;
   mutable std::optional<StateOrigin> origin_;  // nullopt until a state is saved or read
 };

@@ -68,6 +68,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
         "an episode of this environment depends on those before it (parameter reuse_world), which "
         "a record does not have");
   }
+  check_world(record.id, as_numbers(record.world));
   if (record.seed && Generator(*record.seed).state() != record.generator_state) {
     throw std::invalid_argument("generator_state is not that of seed = " +
                                 std::to_string(*record.seed));
@@ -103,6 +104,7 @@ EpisodeRecord Episode::record() const {
   EpisodeRecord record = describe_origin(specification());
   record.seed = state_.seed;
   record.generator_state = state_.generator_state;
+  record.world = world_values();
   record.num_steps = state_.step;
   record.actions = actions_;
   record.checksums = checksums_;
@@ -116,7 +118,7 @@ void Episode::begin(const EpisodeRecord& record) {
     throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
                                 " steps; must have at most " + std::to_string(kMaxRecordedSteps));
   }
-  begin(record.generator_state, record.seed);
+  begin(record.generator_state, record.seed, std::make_shared<const WorldValues>(record.world));
   if (state_.failed_at_reset()) {
     throw std::invalid_argument("the reset of the record: " + state_.error);
   }

@@ -392,6 +392,24 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
   }
 }
 
+void Pool::set_world(const std::vector<std::uint32_t>& environments,
+                     const std::vector<World>& worlds) {
+  Implementation& pool = *implementation_;
+  const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
+  if (worlds.size() != 1 && worlds.size() != listed.size()) {
+    throw std::invalid_argument(std::to_string(worlds.size()) + " worlds; must be 1, or " +
+                                std::to_string(listed.size()) + " as the environments");
+  }
+  std::vector<std::shared_ptr<const CheckedWorld>> checked(worlds.size());
+  for (std::size_t i = 0; i < worlds.size(); ++i) {
+    if (worlds[i].empty()) continue;
+    checked[i] = std::make_shared<const CheckedWorld>(specification().id, worlds[i]);
+  }
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    pool.slots[listed[i]].episode->set_world(checked[worlds.size() == 1 ? 0 : i]);
+  }
+}
+
 Environment& Pool::environment(std::size_t index) { return episode(index); }
 
 Episode& Pool::episode(std::size_t index) { return *implementation_->slot_at_rest(index).episode; }

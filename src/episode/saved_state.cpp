@@ -93,6 +93,13 @@ void read(StateReader& reader, EpisodeState& state) {
   if (phase != phase_of(state)) refuse_state("its phase is not that of its outcome");
 }
 
+/// @throws std::invalid_argument if the environment cannot apply the world
+World read_world(StateReader& reader, const std::string& id) {
+  World world = parse_world(reader.text(), "of the state");
+  check_world(id, world);
+  return world;
+}
+
 }  // namespace
 
 StateOrigin::StateOrigin(const Specification& specification) {
@@ -179,6 +186,10 @@ void Episode::save_state(std::vector<std::byte>& state) const {
   write(state_, writer);
   writer.number(std::uint8_t{generator_.has_value()});
   if (generator_) writer.numbers(generator_->state().data(), std::tuple_size_v<GeneratorState>);
+  writer.text(to_string(world()));
+  writer.text(to_string(as_numbers(world_values())));
+  writer.numbers(state_.generator_state.data(), state_.generator_state.size());
+  if (effects_) effects_->save(writer);
   robot_->save(writer);
   StateOrigin::seal(state, begin);
 }
@@ -195,11 +206,31 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
     reader.numbers(generator_state.data(), generator_state.size());
     generator.emplace(generator_state);
   }
-  std::function<void()> load_robot = robot_->load(reader);
+  std::shared_ptr<const CheckedWorld> world;
+  const World ranges = read_world(reader, specification().id);
+  if (!ranges.empty()) world = std::make_shared<const CheckedWorld>(specification().id, ranges);
+  WorldValues values;
+  for (const auto& [name, number] : read_world(reader, specification().id)) {
+    values[name] = number.low;
+  }
+  reader.numbers(read_state.generator_state.data(), read_state.generator_state.size());
+  std::shared_ptr<Effects> effects;  // std::function needs a copyable one
+  if (!values.empty()) {
+    read_state.world = std::make_shared<const WorldValues>(values);
+    if (Effects::has_any(values)) {
+      effects = std::make_shared<Effects>(values, specification(), read_state.generator_state);
+      effects->load(reader);
+    }
+  }
+  std::function<void()> load_robot = robot_->load(reader, values);
   reader.finish();
-  return [this, read_state = std::move(read_state), generator, load_robot = std::move(load_robot)] {
+  return [this, read_state = std::move(read_state), generator, world, effects,
+          load_robot = std::move(load_robot)] {
     load_robot();
     generator_ = generator;
+    world_ = world;
+    effects_ = effects ? std::make_unique<Effects>(*effects) : nullptr;
+    step_.push = {};
     const std::uint32_t next_episode = state_.episode + 1;
     const std::uint32_t environment = state_.environment;
     state_ = read_state;  // copies in place: step_.info points to the buffer of state_.info
@@ -207,7 +238,7 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
     if (state_.has_begun()) state_.episode = next_episode;
     actions_.clear();
     was_loaded_ = state_.has_begun();
-    sensors_are_fresh_ = false;
+    forget_sensors();
   };
 }
 

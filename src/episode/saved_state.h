@@ -1,7 +1,8 @@
 // Saved states of an episode. A header identifies the environment and protects the integrity:
 //
 //   magic, format version, size and checksum of all that follows, origin, then the episode (phase,
-//   last outcome), its generator and the robot's state
+//   last outcome), its generator, its worlds (of the resets to come; as drawn, with the effects'
+//   state) and the robot's state
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@
 namespace walker {
 
 /// Format version. Increment it if the order or the meaning of any field changes.
-constexpr std::uint32_t kStateFormat = 2;
+constexpr std::uint32_t kStateFormat = 3;
 
 /// Identity of the environment that saved a state: id, engine, engine release and all parameters
 /// except `max_episode_steps`, which does not affect the state.

@@ -57,9 +57,15 @@ void write(const Row& row, const std::string& verdict, std::ostream& out) {
   out << line.str() << '\n' << std::flush;  // shows progress in a long recording
 }
 
-/// Returns the record without its episode: the environment and the engine.
+/// Returns what must be supported here: the record's environment, engine and world.
 EpisodeRecord origin_of(const EpisodeRecord& record) {
-  return {record.id, record.parameters, record.engine, record.engine_version, {}, {}, 0, {}, {}};
+  EpisodeRecord origin;
+  origin.id = record.id;
+  origin.parameters = record.parameters;
+  origin.engine = record.engine;
+  origin.engine_version = record.engine_version;
+  origin.world = record.world;
+  return origin;
 }
 
 /// Repeats the episodes of one publisher in the order of recording.

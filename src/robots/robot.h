@@ -1,6 +1,7 @@
 // Interface between an episode and a simulated robot in its world.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <exception>
 #include <functional>
@@ -14,17 +15,30 @@
 #include "walker_sim/export.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
+#include "walker_sim/world.h"
 
 namespace walker {
 
 class Robot;
+
+/// Errors of one step's measurements, to be added to the measured quantities.
+struct SensorNoise {
+  std::vector<double> joint_position;       ///< joints in action order [rad]
+  std::vector<double> joint_velocity;       ///< [rad/s]
+  double pitch = 0;                         ///< of the trunk, about the world's y [rad]
+  double angular_velocity = 0;              ///< of the trunk, about the world's y [rad/s]
+  std::array<double, 2> linear_velocity{};  ///< of the trunk's origin: world's x, z [m/s]
+  std::vector<double> ranges;               ///< of rays that hit [m]
+};
 
 /// Arguments and results of one robot's step, or of its reset.
 struct RobotStep {
   Robot* robot = nullptr;
   Generator* generator = nullptr;  ///< of a reset, whose results are info and failure; null: a step
   const double* action = nullptr;  ///< of a step: `action_size()` finite values [unitless]
-  double* info = nullptr;          ///< receives one value per info name; NaN: absent
+  /// Of a step: impulse on the trunk, as a constant force over the step: world's x, z [N s].
+  std::array<double, 2> push{};
+  double* info = nullptr;  ///< receives one value per info name; NaN: absent
   double reward = 0;
   bool terminated = false;
   const char* end_reason = "";  ///< static text; empty unless terminated
@@ -41,6 +55,12 @@ class WALKER_SIM_EXPORT Robot {
   virtual ~Robot() = default;
 
   virtual const Specification& specification() const = 0;
+
+  /// Sets level and physics for the resets to come.
+  /// @param values of those parameters that differ from Gymnasium's, checked; the robot ignores the
+  ///               names that are none of its own
+  /// @throws std::exception if memory or the engine fails
+  virtual void set_world(const WorldValues& values) = 0;
 
   /// Draws an initial state from the generator.
   /// @param info receives one value per info name; NaN: absent
@@ -76,6 +96,9 @@ class WALKER_SIM_EXPORT Robot {
   /// Writes the observation of the current state: `observation_size()` values.
   virtual void observe(double* observation) const = 0;
 
+  /// Writes the observation that a robot's sensors with these errors give.
+  virtual void observe(const SensorNoise& noise, double* observation) const = 0;
+
   /// Writes the measurements of the current state.
   virtual void sense(Sensors& sensors) = 0;
 
@@ -87,9 +110,10 @@ class WALKER_SIM_EXPORT Robot {
   virtual void save(StateWriter& writer) const = 0;
 
   /// Reads and validates what `save` wrote, up to the end.
-  /// @return a function that applies the state; it throws at most std::bad_alloc
+  /// @param values the argument of `set_world` in the saved episode
+  /// @return a function that applies values and state; it throws at most std::bad_alloc
   /// @throws std::invalid_argument naming the error
-  virtual std::function<void()> load(StateReader& reader) = 0;
+  virtual std::function<void()> load(StateReader& reader, const WorldValues& values) = 0;
 
   /// Sets generalized positions and velocities, as Gymnasium's `set_state` does; control and time
   /// do not change.

@@ -15,11 +15,17 @@ namespace walker {
 class BareRobot : public Robot {
  public:
   const Specification& specification() const override { return specification_; }
+  void set_world(const WorldValues& /*values*/) override {}
   void observe(double* /*observation*/) const override {}
+  void observe(const SensorNoise& /*noise*/, double* observation) const override {
+    observe(observation);
+  }
   void sense(Sensors& /*sensors*/) override {}
   void scene(Scene& /*scene*/) const override {}
   void save(StateWriter& /*writer*/) const override { throw std::logic_error("save"); }
-  std::function<void()> load(StateReader& /*reader*/) override { throw std::logic_error("load"); }
+  std::function<void()> load(StateReader& /*reader*/, const WorldValues& /*values*/) override {
+    throw std::logic_error("load");
+  }
 
  protected:
   Specification specification_;

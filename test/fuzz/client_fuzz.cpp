@@ -59,16 +59,18 @@ void run(const std::uint8_t* data, std::size_t size) {
   RepeatedStep repeated;
   BatchReset reset;
   Image image;
+  Reset reset_to;
   std::vector<std::uint8_t> record;
   const std::vector<double> action(4);
   const auto step = [&] { client->step(action.data(), action.size(), transition); };
-  try_first([&] { client->reset(1, transition); });
+  try_first([&] { client->reset(1, World{{"gravity", {-2, -1}}}, reset_to); });
   try_first(step);
   try_call({input.piece()}, step);
   if (try_first([&] { client->step_many(action.data(), action.size(), 2, repeated); })) {
     require(repeated.steps == 1 || repeated.steps == 2, "at most the requested steps are made");
   }
   try_first([&] { client->snapshot(record); });
+  try_first([&] { client->set_world({}, {World{}}); });
   try_first([&] { client->reset_batch({}, {}, reset); });
   if (try_first([&] { client->step_batch(action.data(), action.size(), batch); })) {
     require(batch.final_environments.size() <= batch.rewards.size(), "each episode ends once");

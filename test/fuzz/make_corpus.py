@@ -73,6 +73,7 @@ def specification(environment_id="Toy-v0", observations=4, actions=2, num_envs=3
         num_envs=num_envs,
         parameter_names=["max_episode_steps"],
         parameter_values=["1000"],
+        world=messages.World(parameters=[messages.WorldParameter("gravity", -12.0, -8.0)]),
         observation_size=observations,
         observation_dtype="float32",
         observation_low=[-1.0] * observations,
@@ -125,6 +126,13 @@ def episode(number=1, length=0, stamp=0, end_reason=""):
     return message
 
 
+def drawn(environment):
+    """What an episode has drawn."""
+    values = {"friction_scale": 0.5, "gravity": -9.0}
+    parameters = [messages.WorldParameter(name, value, value) for name, value in values.items()]
+    return messages.EnvironmentWorld(environment, parameters)
+
+
 def service_responses():
     batch = services.StepBatchResponse(
         success=True,
@@ -138,6 +146,7 @@ def service_responses():
         final_environments=[1],
         final_observations=[0.5] * 4,
         final_info=[0.0],
+        worlds=[drawn(1)],
     )
     picture = services.RenderResponse(success=True)
     picture.image.height, picture.image.width = 1, 2
@@ -152,8 +161,9 @@ def service_responses():
         ),
         "step_batch": batch,
         "reset_batch": services.ResetBatchResponse(
-            success=True, observations=[0.5] * 12, info=[0.0] * 3
+            success=True, observations=[0.5] * 12, info=[0.0] * 3, worlds=[drawn(0), drawn(2)]
         ),
+        "set_world": services.SetWorldResponse(success=True),
         "snapshot": services.SnapshotResponse(success=True, record=record()),
         "render": picture,
         "depth": depth,
@@ -166,6 +176,7 @@ def record():
     message.spec.parameter_names = ["reuse_world", "max_episode_steps"]
     message.spec.parameter_values = ["false", "1600"]
     message.episode = episode(length=2)
+    message.episode.world = drawn(0).parameters
     message.actions = [0.5] * 8
     message.checksums = [1, 2, 3]
     return message
@@ -177,10 +188,11 @@ def make_client():
     spec = specification("Toy-v0", 4, 4, 3)
     start = plain + piece(answer(services.GetSpecResponse(spec=spec)))
     reset = services.ResetResponse(success=True, transition=transition(0, actions=4))
+    reset.world = drawn(0).parameters
     calls = plain + piece(answer(reset)) + plain + piece(answer(responses["step"]))
     refused = services.StepResponse(success=False, status_message="there is no episode")
     calls += piece(answer(refused))
-    for name in ("step_many", "snapshot", "reset_batch", "step_batch", "render"):
+    for name in ("step_many", "snapshot", "set_world", "reset_batch", "step_batch", "render"):
         calls += plain + piece(answer(responses[name]))
     calls += piece(answer(responses["depth"]))
     write("client", "every_call", start + calls)
@@ -273,8 +285,13 @@ def make_server():
         services.StepRequest(action=[0.5] * 4),
         services.StepBatchRequest(actions=[0.5] * 8),
         services.StepManyRequest(action=[0.5] * 4, steps=3),
-        services.ResetRequest(has_seed=True, seed=5),
-        services.ResetBatchRequest(environments=[0, 1], has_seed=[True, False], seeds=[5, 0]),
+        services.ResetRequest(has_seed=True, seed=5, world=messages.World("moon", [])),
+        services.ResetBatchRequest(
+            environments=[0, 1],
+            has_seed=[True, False],
+            seeds=[5, 0],
+            worlds=[messages.World("", drawn(0).parameters), messages.World()],
+        ),
         services.RestoreRequest(record=record()),
         services.RenderRequest(environment=0, encoding="rgb8"),
         services.SetRealTimeFactorRequest(),
@@ -284,6 +301,7 @@ def make_server():
         Imu(),
         Odometry(child_frame_id="base_link"),
         messages.Contacts(),
+        services.SetWorldRequest(environments=[1], worlds=[messages.World("moon", [])]),
     ]
     for kind, request in enumerate(requests):
         kind += kind > 8  # where set_physics_properties' is

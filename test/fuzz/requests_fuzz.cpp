@@ -18,6 +18,7 @@
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
 #include "walker_sim/SetRealTimeFactor.h"
+#include "walker_sim/SetWorld.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
 #include "walker_sim/StepMany.h"
@@ -48,7 +49,7 @@ void run(const std::uint8_t* data, std::size_t size) {
              walker_sim::RenderRequest, walker_sim::SetRealTimeFactorRequest,
              std_msgs::Float64MultiArray, gazebo::SetPhysicsProperties::Request,
              sensor_msgs::JointState, sensor_msgs::LaserScan, sensor_msgs::Imu, nav_msgs::Odometry,
-             walker_sim::Contacts>(which, input);
+             walker_sim::Contacts, walker_sim::SetWorldRequest>(which, input);
   } catch (const std::runtime_error& refusal) {
     accept(refusal);
   }

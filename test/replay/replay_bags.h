@@ -41,6 +41,9 @@ class Session {
     simulation_ = std::make_unique<Restorable>([=] { return make(id, parameters); }, 0);
   }
 
+  /// Sets the world of the resets to come.
+  void set_world(const World& world) { simulation_->set_world(world); }
+
   void reset(std::optional<std::uint64_t> seed = std::nullopt) {
     abandon();
     simulation_->reset(seed);
@@ -101,7 +104,7 @@ class Session {
   void record() {
     const EpisodeRecord record = simulation_->record();
     walker_sim::EpisodeRecord message;
-    to_message(simulation_->specification(), options_, message.spec);
+    to_message(simulation_->specification(), options_, simulation_->world(), message.spec);
     to_message(state(), Frames(simulation_->specification(), ""), ros::Time(1), message.episode);
     message.actions = record.actions;
     message.checksums = record.checksums;

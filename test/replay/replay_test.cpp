@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <std_msgs/Float64.h>
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -10,6 +11,7 @@
 
 #include "base/engine_release.h"
 #include "replay/replay_bags.h"
+#include "ros/worlds.h"
 
 namespace walker::test {
 namespace {
@@ -100,6 +102,60 @@ TEST_P(ReplayOfEach, DifferencesAreReportedWithTheirStep) {
     EXPECT_PRED2(ends_with, outcome.line(3), "  equal");
     EXPECT_PRED2(ends_with, outcome.text,
                  "\n2 episodes equal to the bit (30 steps), 1 differing\n");
+  }
+}
+
+/// The record has what was drawn, whatever the world of later episodes.
+TEST_P(ReplayOfEach, EpisodesInAWorld) {
+  Session session(GetParam(), short_episodes(GetParam()));
+  const World world{{"gravity", {-11, -8}},        {"friction_scale", {0.5, 1}},
+                    {"push_interval", {0.1, 0.1}}, {"observation_delay", {0, 0.1}},
+                    {"action_noise", {0.1, 0.1}},  {"joint_position_noise", {0, 0.1}}};
+  session.set_world(world);
+  session.reset(42);
+  session.walk();
+  session.reset();
+  session.walk();
+  ASSERT_EQ(session.records()[1].episode.world.size(), world.size());
+  session.set_world({});
+  session.reset(42);
+  session.walk();
+  EXPECT_TRUE(session.records()[2].episode.world.empty());
+  EXPECT_NE(session.records()[2].checksums, session.records()[0].checksums);
+  const Outcome outcome = replay_of(session);
+  EXPECT_TRUE(outcome.is_equal) << outcome;
+  // Under the same seed the drawn numbers, as a world, repeat the episode.
+  Session numbers(GetParam(), short_episodes(GetParam()));
+  numbers.set_world(as_numbers(to_values(session.records()[0].episode.world)));
+  numbers.reset(42);
+  numbers.walk();
+  EXPECT_EQ(numbers.records()[0].checksums, session.records()[0].checksums);
+}
+
+TEST_P(ReplayOfEach, WorldsAreChecked) {
+  struct Case {
+    std::function<void(std::vector<walker_sim::WorldParameter>&)> change;
+    std::string words;
+  };
+  const std::vector<Case> cases = {
+      {[](auto& world) { world[0].high += 1; }, "not compared: world parameter {gravity: ["},
+      {[](auto& world) { world[0].low = world[0].high = NAN; }, "not compared: world parameter {"},
+      {[](auto& world) { world.push_back(world[0]); },
+       "not compared: world parameter gravity is given twice"},
+      {[](auto& world) { world[0].name = "gravty"; }, "not compared: world parameter gravty = "},
+      {[](auto& world) { world[0].low = world[0].high = -500; },
+       "not compared: world parameter gravity = -500.0: must be in"},
+      {[](auto& world) { world[0].low = world[0].high = -5; }, "differs at step "},
+      {[](auto& world) { world.clear(); }, "differs at step "},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(one.words);
+    Session session(GetParam(), short_episodes(GetParam()));
+    session.set_world({{"gravity", {-11, -8}}});
+    session.reset(3);
+    session.walk();
+    one.change(session.records()[0].episode.world);
+    EXPECT_PRED2(contains, replay_of(session).line(1), one.words);
   }
 }
 

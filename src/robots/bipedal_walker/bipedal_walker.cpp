@@ -53,6 +53,8 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
           : "the library: " + choice.fallback_reason);
 }
 
+void BipedalWalker::set_world(const WorldValues& values) { next_world_ = settings_of(values); }
+
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   build_world(generator);
   RobotStep discarded;
@@ -68,19 +70,21 @@ void BipedalWalker::build_world(Generator& generator) {
   }
   world_is_broken_ = true;  // until it is complete
   // Draws in Gymnasium's order: terrain, clouds, push.
+  world_ = next_world_;
   terrain_origin_ = generator.state();
-  terrain_ = generate_terrain(generator, is_hardcore_);
+  terrain_ = generate_terrain(generator, is_hardcore_, world_.level);
   clouds_ = generate_clouds(generator);
-  physics_->build(terrain_, generator.uniform(-kInitialPush, kInitialPush));
+  const double push = generator.uniform(-world_.initial_force, world_.initial_force);
+  physics_->build(terrain_, push, world_.dynamics);
   world_is_broken_ = false;
   shaping_.reset();
 }
 
 void BipedalWalker::step(RobotStep& step) {
-  begin_step(step.action);
+  begin_step(step.action, step.push);
   try {
     physics_->step();
-    cast_lidar(*physics_, terrain_, lidar_);
+    cast_lidar(*physics_, terrain_, world_.lidar_range, lidar_);
   } catch (const std::exception&) {
     std::rethrow_exception(break_world());
   }
@@ -97,6 +101,7 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   std::size_t num_calls = 0;
   for (RobotStep* const* step = steps; step != steps + count; ++step) {
     BipedalWalker& walker = walker_of(**step);
+    std::array<double, 2> push = (*step)->push;
     if (walker.kernel_ != kernel_) {
       Robot::step_group(step, 1);
       continue;
@@ -109,8 +114,9 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
         continue;
       }
       (*step)->action = kNoTorque.data();
+      push = {};
     }
-    walker.begin_step((*step)->action);
+    walker.begin_step((*step)->action, push);
     calls[num_calls].physics = &*walker.physics_;
     members[num_calls++] = *step;
   }
@@ -120,7 +126,7 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
     BipedalWalker& walker = walker_of(step);
     try {
       if (calls[i].failure) std::rethrow_exception(calls[i].failure);
-      cast_lidar(*walker.physics_, walker.terrain_, walker.lidar_);
+      cast_lidar(*walker.physics_, walker.terrain_, walker.world_.lidar_range, walker.lidar_);
       walker.finish_step(step);
     } catch (...) {
       step.failure = walker.break_world();
@@ -128,9 +134,10 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   }
 }
 
-void BipedalWalker::begin_step(const double* action) {
+void BipedalWalker::begin_step(const double* action, const std::array<double, 2>& push) {
   velocity_before_step_ = velocity_of_origin(physics_->hull());
   physics_->drive(action);
+  if (push[0] != 0 || push[1] != 0) physics_->push(push);
 }
 
 /// A failed assertion leaves the world locked permanently.
@@ -154,11 +161,21 @@ void BipedalWalker::finish_step(RobotStep& step) {
   if (physics_->hull_has_touched() || x < 0) step.reward = kFallReward;
 }
 
-void BipedalWalker::observe(double* observation) const {
+Observed BipedalWalker::observed() const {
   Observed observed = observed_in(*physics_);
   std::transform(lidar_.begin(), lidar_.end(), observed.ray_fraction.begin(),
                  [](const RayHit& ray) { return double{ray.fraction}; });
-  write_observation(observed, observation);
+  return observed;
+}
+
+void BipedalWalker::observe(double* observation) const {
+  write_observation(observed(), observation);
+}
+
+void BipedalWalker::observe(const SensorNoise& noise, double* observation) const {
+  Observed noisy = observed();
+  add(noise, physics_->hull().GetLocalCenter(), lidar_, world_.lidar_range, noisy);
+  write_observation(noisy, observation);
 }
 
 void BipedalWalker::sense(Sensors& sensors) {
@@ -191,8 +208,10 @@ void BipedalWalker::sense(Sensors& sensors) {
 
   for (std::size_t i = 0; i < lidar_.size(); ++i) {
     constexpr double kNothing = std::numeric_limits<double>::infinity();
-    sensors.ranges[i] = lidar_[i].hit ? double{lidar_[i].fraction} * kLidarRange : kNothing;
+    const double range = double{lidar_[i].fraction} * world_.lidar_range;
+    sensors.ranges[i] = lidar_[i].hit ? range : kNothing;
   }
+  sensors.maximum_range = world_.lidar_range;
   for (std::size_t leg = 0; leg < 2; ++leg) {
     sensors.contacts[leg] = physics_->leg_touches(leg) ? 1 : 0;
   }
@@ -215,11 +234,13 @@ void BipedalWalker::save(StateWriter& writer) const {
   physics_->save(writer);
 }
 
-std::function<void()> BipedalWalker::load(StateReader& reader) {
+std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues& values) {
+  const WorldSettings world = settings_of(values);
   if (!reader.flag()) {  // the next reset makes a world
-    return [this] {
+    return [this, world] {
       physics_.reset();
       world_is_broken_ = false;
+      next_world_ = world;
     };
   }
   GeneratorState terrain_origin{};
@@ -233,26 +254,28 @@ std::function<void()> BipedalWalker::load(StateReader& reader) {
     ray.fraction = reader.number<float>();
     ray.hit = reader.flag();
   }
-  const bool is_same_terrain = has_world() && terrain_origin == terrain_origin_;
+  const bool is_same_world = has_world() && terrain_origin == terrain_origin_ && world == world_;
   Terrain terrain;
   Clouds clouds{};
-  if (!is_same_terrain) {
+  if (!is_same_world) {
     Generator generator(terrain_origin);
-    terrain = generate_terrain(generator, is_hardcore_);
+    terrain = generate_terrain(generator, is_hardcore_, world.level);
     clouds = generate_clouds(generator);
   }
-  auto restore = Physics::read_state(reader, is_same_terrain ? terrain_ : terrain);
-  return [this, is_same_terrain, terrain_origin, clouds, shaping, velocity_before_step, lidar,
+  auto restore = Physics::read_state(reader, is_same_world ? terrain_ : terrain);
+  return [this, world, is_same_world, terrain_origin, clouds, shaping, velocity_before_step, lidar,
           terrain = std::move(terrain), restore = std::move(restore)] {
-    if (!is_same_terrain) {
+    if (!is_same_world) {
       world_is_broken_ = true;  // until `build` has returned
       physics_.emplace();
-      physics_->build(terrain, 0);
+      physics_->build(terrain, 0, world.dynamics);
       world_is_broken_ = false;
       terrain_origin_ = terrain_origin;
       terrain_ = terrain;
       clouds_ = clouds;
+      world_ = world;
     }
+    next_world_ = world;
     restore(*physics_);
     shaping_ = shaping;
     velocity_before_step_ = velocity_before_step;

@@ -1,6 +1,7 @@
 // BipedalWalker-v3: observation, reward and termination on top of the physics.
 #pragma once
 
+#include <array>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
 #include "robots/bipedal_walker/terrain.h"
+#include "robots/bipedal_walker/world_settings.h"
 #include "robots/robot.h"
 
 namespace walker::bipedal_walker {
@@ -23,6 +25,7 @@ class BipedalWalker : public Robot {
   BipedalWalker(const std::string& id, const Parameters& parameters);
 
   const Specification& specification() const override { return *specification_; }
+  void set_world(const WorldValues& values) override;
   void reset(Generator& generator, double* info) override;
 
   /// @throws std::runtime_error if Box2D fails an assertion
@@ -31,19 +34,21 @@ class BipedalWalker : public Robot {
   void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
   std::size_t group_size() const override { return kernel_ != nullptr ? kMaxGroupSize : 1; }
   void observe(double* observation) const override;
+  void observe(const SensorNoise& noise, double* observation) const override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   void save(StateWriter& writer) const override;
-  std::function<void()> load(StateReader& reader) override;
+  std::function<void()> load(StateReader& reader, const WorldValues& values) override;
 
  private:
   friend class BrokenWorldTest;  // simulates a failed assertion
 
   bool has_world() const { return physics_ && !world_is_broken_; }
   void build_world(Generator& generator);
-  void begin_step(const double* action);
+  void begin_step(const double* action, const std::array<double, 2>& push);
   void finish_step(RobotStep& step);
   std::exception_ptr break_world();
+  Observed observed() const;
 
   bool is_hardcore_;
   bool reuses_world_;
@@ -54,6 +59,8 @@ class BipedalWalker : public Robot {
   std::optional<Physics> physics_;
   bool world_is_broken_ = false;     // the engine failed; the next reset makes a new world
   GeneratorState terrain_origin_{};  // generator state before terrain and clouds
+  WorldSettings next_world_;         // of the resets to come
+  WorldSettings world_;              // of this episode
   Terrain terrain_;
   Clouds clouds_{};
   LidarScan lidar_;

@@ -58,6 +58,17 @@ void intersect_obstacle(const b2Fixture& obstacle, float left, const b2Vec2& ori
 /// Rounds to float32, as Gymnasium stores the state.
 double rounded(double value) { return static_cast<double>(static_cast<float>(value)); }
 
+/// Converts the hull origin's velocity in hull axes to the centre of mass's in world axes.
+std::array<double, 2> velocity_of_center(const Observed& observed, const Point& center,
+                                         const std::array<double, 2>& velocity) {
+  const double turning = observed.hull_angular_velocity;
+  const double along = velocity[0] - turning * center.y;
+  const double across = velocity[1] + turning * center.x;
+  const double sine = std::sin(observed.hull_angle);
+  const double cosine = std::cos(observed.hull_angle);
+  return {cosine * along - sine * across, sine * along + cosine * across};
+}
+
 class Builder : public ObservationBuilder {
  public:
   explicit Builder(std::shared_ptr<const Specification> specification)
@@ -77,23 +88,24 @@ class Builder : public ObservationBuilder {
     std::copy_n(measurements.joint_velocity.begin(), kJointCount, observed.joint_velocity.begin());
     std::transform(measurements.contacts.begin(), measurements.contacts.end(),
                    observed.leg_touches.begin(), [](std::uint8_t touches) { return touches != 0; });
+    // A scan's range_max has single precision.
+    const double given = measurements.maximum_range;
+    const bool is_specified =
+        given == 0 || static_cast<float>(given) == static_cast<float>(kLidarRange);
+    const double max_range = is_specified ? kLidarRange : given;
     std::transform(measurements.ranges.begin(), measurements.ranges.end(),
                    observed.ray_fraction.begin(),
-                   [](double range) { return std::min(range / kLidarRange, 1.0); });
+                   [max_range](double range) { return std::min(range / max_range, 1.0); });
     write_observation(observed, observation);
   }
 
  private:
-  /// Converts the hull origin's velocity in hull axes to the centre of mass's in world axes.
   std::array<double, 2> velocity_of_center(const Measurements& measurements,
                                            const Observed& observed) const {
     const Vector3& center = specification_->links.front().center_of_mass;
-    const double turning = observed.hull_angular_velocity;
-    const double along = measurements.linear_velocity[0] - turning * center[2];
-    const double across = measurements.linear_velocity[2] + turning * center[0];
-    const double sine = std::sin(observed.hull_angle);
-    const double cosine = std::cos(observed.hull_angle);
-    return {cosine * along - sine * across, sine * along + cosine * across};
+    return bipedal_walker::velocity_of_center(
+        observed, {center[0], center[2]},
+        {measurements.linear_velocity[0], measurements.linear_velocity[2]});
   }
 
   std::shared_ptr<const Specification> specification_;
@@ -102,15 +114,40 @@ class Builder : public ObservationBuilder {
 
 }  // namespace
 
+void add(const SensorNoise& noise, const b2Vec2& center, const LidarScan& scan, double range,
+         Observed& observed) {
+  for (std::size_t i = 0; i < noise.joint_position.size(); ++i) {
+    observed.joint_position[i] += noise.joint_position[i];
+  }
+  for (std::size_t i = 0; i < noise.joint_velocity.size(); ++i) {
+    observed.joint_velocity[i] += noise.joint_velocity[i];
+  }
+  // Sensors measure the origin's velocity, from which a robot computes the centre's by attitude and
+  // angular velocity. Differences are added, so that without noise no bit changes.
+  const Point arm{double{center.x}, double{center.y}};
+  const auto before = velocity_of_center(observed, arm, {0, 0});
+  observed.hull_angle -= noise.pitch;  // about -y
+  observed.hull_angular_velocity -= noise.angular_velocity;
+  const auto after = velocity_of_center(observed, arm, {0, 0});
+  for (std::size_t k = 0; k < 2; ++k) {
+    observed.hull_velocity[k] += noise.linear_velocity[k] + (after[k] - before[k]);
+  }
+  for (std::size_t i = 0; i < noise.ranges.size(); ++i) {
+    if (!scan[i].hit) continue;
+    const double noisy = double{scan[i].fraction} * range + noise.ranges[i];
+    observed.ray_fraction[i] = std::clamp(noisy, 0.0, range) / range;
+  }
+}
+
 /// This does not search the world's tree: the ground is sorted from left to right, so the few
 /// pieces that rays can hit are known. The nearest hit does not depend on their order.
-void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan) {
-  // The rays as vectors: forward, down [m]. Computed by the C library's sine, as in Gymnasium.
+void cast_lidar(const Physics& physics, const Terrain& terrain, double range, LidarScan& scan) {
+  // The rays' directions: forward, down. Computed by the C library's sine, as in Gymnasium.
   static const auto kRays = [] {
     std::array<std::array<double, 2>, kLidarRays> rays{};
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const double angle = 1.5 * static_cast<double>(i) / 10.0;
-      rays[i] = {std::sin(angle) * kLidarRange, std::cos(angle) * kLidarRange};
+      rays[i] = {std::sin(angle), std::cos(angle)};
     }
     return rays;
   }();
@@ -119,8 +156,8 @@ void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan)
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const auto [forward, down] = kRays[i];
     // Summed in double and rounded once, as Gymnasium does.
-    ends[i] = b2Vec2(static_cast<float>(double{origin.x} + forward),
-                     static_cast<float>(double{origin.y} - down));
+    ends[i] = b2Vec2(static_cast<float>(double{origin.x} + forward * range),
+                     static_cast<float>(double{origin.y} - down * range));
     // Box2D's own assertion, which fails for rays of zero length and for NaN.
     b2Assert((ends[i] - origin).LengthSquared() > 0);
   }

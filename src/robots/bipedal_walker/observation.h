@@ -9,12 +9,13 @@
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
 #include "robots/bipedal_walker/terrain.h"
+#include "robots/robot.h"
 #include "walker_sim/observation_builder.h"
 
 namespace walker::bipedal_walker {
 
 struct RayHit {
-  float fraction = 1;  ///< distance to the ground over kLidarRange; 1 if nothing is hit
+  float fraction = 1;  ///< distance to the ground over the lidar's range; 1 if nothing is hit
   bool hit = false;
 };
 
@@ -23,8 +24,9 @@ using LidarScan = std::array<RayHit, kLidarRays>;
 /// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): ray 0 straight down, later
 /// ones further forward. The rays do not turn with the hull, and hit only terrain, not the legs.
 /// @param terrain the terrain that `physics` was built with
+/// @param range length of the rays [m]
 /// @throws std::logic_error, Box2D's assertion, if the hull's position is not finite
-void cast_lidar(const Physics& physics, const Terrain& terrain, LidarScan& scan);
+void cast_lidar(const Physics& physics, const Terrain& terrain, double range, LidarScan& scan);
 
 enum ObservationIndex : std::size_t {
   kHullAngle,
@@ -45,11 +47,18 @@ struct Observed {
   std::array<double, kJointCount> joint_position;  ///< [rad]
   std::array<double, kJointCount> joint_velocity;  ///< [rad/s]
   std::array<bool, 2> leg_touches;
-  std::array<double, kLidarRays> ray_fraction;  ///< distance over kLidarRange; 1 if nothing is hit
+  std::array<double, kLidarRays> ray_fraction;  ///< distance over range; 1 if nothing is hit
 };
 
 /// Returns the quantities of a world, except for the rays.
 Observed observed_in(const Physics& physics);
+
+/// Adds the errors of sensors. The result is what an ObservationBuilder observes by these sensors.
+/// @param center the hull's centre of mass in its frame [m]
+/// @param scan the rays
+/// @param range length of the rays [m]
+void add(const SensorNoise& noise, const b2Vec2& center, const LidarScan& scan, double range,
+         Observed& observed);
 
 /// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);

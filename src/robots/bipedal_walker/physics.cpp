@@ -41,9 +41,9 @@ void fill_tables() {
   world->Step(1, 1, 1);
 }
 
-/// Returns the gravity. Every `Physics` calls this before it makes its world, so the first call
-/// fills Box2D's tables before any other thread can read them.
-b2Vec2 gravity() {
+/// Returns the gravity until `build`. Every `Physics` calls this before it makes its world, so the
+/// first call fills Box2D's tables before any other thread can read them.
+b2Vec2 first_gravity() {
   static const b2Vec2 kVector = [] {
     fill_tables();
     return b2Vec2(0, kGravity);
@@ -66,19 +66,21 @@ constexpr double kHipUpper = 1.1;
 constexpr double kKneeLower = -1.6;
 constexpr double kKneeUpper = -0.1;
 
-/// Creates terrain if the body is static, else a part of the walker.
-b2Body* create_body(b2World& world, const b2BodyDef& body, const b2Shape& shape, double density,
-                    double friction) {
-  const bool is_terrain = body.type == b2_staticBody;
-  b2FixtureDef fixture;
-  fixture.shape = &shape;
-  fixture.density = static_cast<float>(density);
-  fixture.friction = static_cast<float>(friction);
-  fixture.filter.categoryBits = is_terrain ? kGroundCategory : kWalkerCategory;
-  fixture.filter.maskBits = is_terrain ? kAllCategories : kGroundCategory;
-  b2Body* created = world.CreateBody(&body);
-  created->CreateFixture(&fixture);
-  return created;
+/// Makes a level's box. b2PolygonShape::Set subtracts areas that reach to the world's origin, so
+/// the area of a small box at a distance would round to zero or less.
+/// @param corners lower left, lower right, upper right, upper left
+b2PolygonShape box_of(const std::array<Point, 4>& corners) {
+  constexpr std::array<std::size_t, 4> kOrder{1, 2, 3, 0};  // that of Set
+  const std::array<b2Vec2, 4> normals{b2Vec2(1, 0), b2Vec2(0, 1), b2Vec2(-1, 0), b2Vec2(0, -1)};
+  b2PolygonShape shape;
+  shape.m_count = 4;
+  for (std::size_t i = 0; i < kOrder.size(); ++i) {
+    shape.m_vertices[i] = to_vector(corners[kOrder[i]]);
+    shape.m_normals[i] = normals[i];
+  }
+  shape.m_centroid =
+      to_vector({(corners[0].x + corners[1].x) / 2, (corners[0].y + corners[2].y) / 2});
+  return shape;
 }
 
 b2RevoluteJoint* create_joint(b2Body* parent, b2Body* child, double anchor_y, double speed,
@@ -101,17 +103,19 @@ b2RevoluteJoint* create_joint(b2Body* parent, b2Body* child, double anchor_y, do
 
 }  // namespace
 
-Physics::Physics() : world_(gravity()) {}
+Physics::Physics() : world_(first_gravity()) {}
 
-void Physics::build(const Terrain& terrain, double push) {
+void Physics::build(const Terrain& terrain, double push, const Dynamics& dynamics) {
+  dynamics_ = dynamics;
   world_.SetContactListener(&contacts_);
+  world_.SetGravity(to_vector({0, dynamics_.gravity}));
   build_terrain(terrain);
   constexpr std::array<Point, 5> kHull{{{-30 / kScale, +9 / kScale},
                                         {+6 / kScale, +9 / kScale},
                                         {+34 / kScale, +1 / kScale},
                                         {+34 / kScale, -8 / kScale},
                                         {-30 / kScale, -8 / kScale}}};
-  hull_ = create_body(world_, dynamic_body({kStartX, kStartY}, 0), polygon_of(kHull), kHullDensity,
+  hull_ = create_body(dynamic_body({kStartX, kStartY}, 0), polygon_of(kHull), kHullDensity,
                       kHullFriction);
   hull_->ApplyForceToCenter(to_vector({push, 0}), true);
   build_leg(0);
@@ -132,11 +136,37 @@ void Physics::destroy() {
   joints_ = {};
 }
 
+/// Creates terrain if the body is static, else a part of the walker.
+b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double density,
+                             double friction) {
+  const bool is_terrain = body.type == b2_staticBody;
+  b2FixtureDef fixture;
+  fixture.shape = &shape;
+  fixture.density = static_cast<float>(density);
+  // A contact's friction is the geometric mean of its fixtures', so all are scaled.
+  fixture.friction = static_cast<float>(friction * dynamics_.friction_scale);
+  fixture.filter.categoryBits = is_terrain ? kGroundCategory : kWalkerCategory;
+  fixture.filter.maskBits = is_terrain ? kAllCategories : kGroundCategory;
+  b2Body* created = world_.CreateBody(&body);
+  created->CreateFixture(&fixture);
+  if (!is_terrain && dynamics_.mass_scale != 1) {
+    // A scaled density would round the centre of mass, which the kernel's worlds share.
+    b2MassData mass;
+    created->GetMassData(&mass);
+    mass.mass *= static_cast<float>(dynamics_.mass_scale);
+    mass.I *= static_cast<float>(dynamics_.mass_scale);
+    created->SetMassData(&mass);
+  }
+  return created;
+}
+
 void Physics::build_terrain(const Terrain& terrain) {
   const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
   terrain_.reserve(pieces);
   reserve_tree_nodes(static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
-  for (const auto& obstacle : terrain.obstacles) add_terrain(polygon_of(obstacle));
+  for (const auto& obstacle : terrain.obstacles) {
+    add_terrain(terrain.obstacles_are_gymnasiums ? polygon_of(obstacle) : box_of(obstacle));
+  }
   for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
     b2EdgeShape shape;
     shape.Set(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
@@ -146,7 +176,7 @@ void Physics::build_terrain(const Terrain& terrain) {
 
 void Physics::add_terrain(const b2Shape& shape) {
   const b2BodyDef body;  // static, at the origin
-  terrain_.push_back(create_body(world_, body, shape, 0, kTerrainFriction));
+  terrain_.push_back(create_body(body, shape, 0, kTerrainFriction));
   clear_move_buffer();
 }
 
@@ -155,7 +185,7 @@ void Physics::build_leg(std::size_t leg) {
   const auto create_limb = [&](double center_height, double half_width) {
     b2PolygonShape shape;
     shape.SetAsBox(static_cast<float>(half_width), static_cast<float>(kLegHeight / 2));
-    return create_body(world_, dynamic_body({kStartX, center_height}, side * kLegSpread), shape,
+    return create_body(dynamic_body({kStartX, center_height}, side * kLegSpread), shape,
                        kLimbDensity, kLimbFriction);
   };
   b2Body*& upper = limbs_[2 * leg];
@@ -168,12 +198,30 @@ void Physics::build_leg(std::size_t leg) {
 
 void Physics::drive(const double* action) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const double full_speed = i == kHip1 || i == kHip2 ? kHipSpeed : kKneeSpeed;
+    const bool is_hip = i == kHip1 || i == kHip2;
+    const double full_speed = is_hip ? dynamics_.hip_speed : dynamics_.knee_speed;
     const auto direction = static_cast<double>((action[i] > 0) - (action[i] < 0));
     joints_[i]->SetMotorSpeed(static_cast<float>(full_speed * direction));
-    const double torque = kMotorTorque * std::min(std::abs(action[i]), 1.0);
+    const double torque =
+        dynamics_.motor_strength * kMotorTorque * std::min(std::abs(action[i]), 1.0);
     joints_[i]->SetMaxMotorTorque(static_cast<float>(torque));
   }
+  if (dynamics_.joint_damping != 0) apply_damping();
+}
+
+/// Applies the torques of the joints' speeds before the step.
+void Physics::apply_damping() {
+  for (b2RevoluteJoint* joint : joints_) {
+    const auto damping = static_cast<float>(dynamics_.joint_damping);
+    const float torque = damping * joint->GetJointSpeed();
+    joint->GetBodyA()->ApplyTorque(torque, true);
+    joint->GetBodyB()->ApplyTorque(-torque, true);
+  }
+}
+
+void Physics::push(const std::array<double, 2>& impulse) {
+  const auto [forward, up] = impulse;
+  hull_->ApplyForceToCenter(to_vector({forward * kStepsPerSecond, up * kStepsPerSecond}), true);
 }
 
 WalkerParts Physics::parts() {

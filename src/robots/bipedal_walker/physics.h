@@ -27,6 +27,17 @@ struct WalkerParts {
   std::array<b2RevoluteJoint*, kJoints> joints;
 };
 
+/// Physics of a world, Gymnasium's by default.
+struct Dynamics {
+  double gravity = kGravity;  ///< upwards [m/s^2]
+  double friction_scale = 1;
+  double motor_strength = 1;       ///< factor of the torque limits
+  double mass_scale = 1;           ///< factor of masses and inertias
+  double joint_damping = 0;        ///< [N m s]
+  double hip_speed = kHipSpeed;    ///< [rad/s]
+  double knee_speed = kKneeSpeed;  ///< [rad/s]
+};
+
 /// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
 /// affects the engine's bits. box2d_pinned/ defines what needs Box2D's private members.
 class Physics {
@@ -38,14 +49,19 @@ class Physics {
 
   /// Creates terrain, hull and legs at the start. The world must be empty.
   /// @param push horizontal force on the hull during the first step [N]
-  void build(const Terrain& terrain, double push);
+  void build(const Terrain& terrain, double push, const Dynamics& dynamics = {});
 
   /// Destroys all bodies, in Gymnasium's order. The world keeps its own state.
   void destroy();
 
   /// Sets the velocity motors: speed by the sign of the action, torque limit by its magnitude.
+  /// Applies the joints' damping to the next step.
   /// @param action kJointCount values; magnitudes are clamped to 1
   void drive(const double* action);
+
+  /// Applies an impulse to the hull's centre of mass, as a constant force over the next step.
+  /// @param impulse forward, up [N s]
+  void push(const std::array<double, 2>& impulse);
 
   /// Advances the world by 1 / kStepsPerSecond.
   void step();
@@ -109,13 +125,16 @@ class Physics {
     std::array<const b2Body*, 2> lower_legs_{};
   };
 
+  b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction);
   void build_terrain(const Terrain& terrain);
   void add_terrain(const b2Shape& shape);
   void build_leg(std::size_t leg);
+  void apply_damping();
   void reserve_tree_nodes(int fixtures);
   void clear_move_buffer();
 
   b2World world_;
+  Dynamics dynamics_;
   Contacts contacts_;
   std::vector<b2Body*> terrain_;  // obstacles, then the ground
   b2Body* hull_ = nullptr;

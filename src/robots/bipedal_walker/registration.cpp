@@ -6,9 +6,13 @@
 #include "robots/bipedal_walker/heuristic.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/renderer.h"
+#include "robots/bipedal_walker/world_settings.h"
 
 namespace walker::bipedal_walker {
 namespace {
+
+/// Changes the speed of the whole walker, which has 6.5 kg, by 0.5 m/s [N s].
+constexpr double kPushImpulse = 3;
 
 Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
   Registration made;
@@ -19,6 +23,9 @@ Registration registration(const std::string& id, bool hardcore, std::uint32_t ma
        "Keep the Box2D world between resets, as Gymnasium does; then later episodes depend on "
        "earlier ones.",
        0, 0}};
+  made.world_parameters = world_parameters(hardcore);
+  made.check_world = [hardcore](const World& world) { check_world(world, hardcore); };
+  made.push_impulse = kPushImpulse;
   made.max_episode_steps = max_episode_steps;
   made.reward_threshold = kRewardThreshold;
   made.failure_reward = kFallReward;

@@ -140,7 +140,9 @@ class SideView : public Renderer {
     const std::size_t picture = (captured.step + 1) % kRayPeriod;
     if (picture >= 2 * finder.num_rays) return;
     const std::size_t ray = picture < finder.num_rays ? picture : 2 * finder.num_rays - 1 - picture;
-    const double range = std::min(captured.sensors.ranges[ray], finder.maximum_range);
+    const double reach = captured.sensors.maximum_range;  // 0: not captured
+    const double range =
+        std::min(captured.sensors.ranges[ray], reach > 0 ? reach : finder.maximum_range);
     const double angle = finder.angle_minimum + finder.angle_increment * static_cast<double>(ray);
     const Vector3& from = captured.sensors.link_poses[0].position;
     canvas_->draw_line(whole(from[0] * scale_, from[2] * scale_),

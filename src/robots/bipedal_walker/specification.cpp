@@ -160,7 +160,8 @@ void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene) 
     const Point& from = terrain.ground[i];
     const Point& to = terrain.ground[i + 1];
     scene.ground.push_back(
-        {{{from.x, from.y}, {to.x, to.y}, {to.x, 0}, {from.x, 0}}, rgb(102, 153, 76)});
+        {{{from.x, from.y}, {to.x, to.y}, {to.x, terrain.bottom}, {from.x, terrain.bottom}},
+         rgb(102, 153, 76)});
     scene.surface_colors.push_back(rgb(76, i % 2 == 0 ? 255 : 204, 76));
   }
   const auto white = [](const auto& outline) {

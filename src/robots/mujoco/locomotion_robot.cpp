@@ -211,6 +211,8 @@ Registration registration(const Version& version) {
   Registration made;
   made.id = version.id();
   made.parameters = parameters(version);
+  made.world_parameters = physics_parameters(version.kind->joint_damping);
+  made.push_impulse = version.kind->push_impulse;
   made.max_episode_steps = kMaxEpisodeSteps;
   made.reward_threshold = version.kind->reward_threshold;
   made.create = [version](const std::string& /*id*/, const Parameters& given) {

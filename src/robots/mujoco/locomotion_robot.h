@@ -71,6 +71,8 @@ struct LocomotionRobotKind {
   std::string model;   ///< in names of built-in models, such as hopper_v5.xml
   int num_hinges = 0;  ///< hinges that carry a limb
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
+  DampingLimits joint_damping{};                                       ///< of the world's parameter
+  double push_impulse = 0;                   ///< default of the world's parameter [N s]
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
   std::vector<HealthyRange> healthy_ranges;  ///< in the order of Gymnasium's parameters
   std::vector<MotorWeights> gait;            ///< in action order; empty: no gait

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "robots/mujoco/planar_model.h"
+
 namespace walker::mujoco {
 namespace {
 
@@ -40,8 +42,8 @@ void LibraryPhysics::reset(const double* position, const double* velocity) {
   mj_forward(model_.get(), data_.get());
 }
 
-void LibraryPhysics::step(const double* control, int count) {
-  advance(*model_, *data_, control, count);
+void LibraryPhysics::step(const double* control, const TrunkForce& force, int count) {
+  advance(*model_, *data_, control, force, count);
   check_warnings(*data_);
 }
 
@@ -68,8 +70,11 @@ void forward(const mjModel& model, double* state) {
   save_data(model, *data, state);
 }
 
-void advance(const mjModel& model, mjData& data, const double* control, int count) {
+void advance(const mjModel& model, mjData& data, const double* control, const TrunkForce& force,
+             int count) {
   std::copy_n(control, model.nu, data.ctrl);
+  data.qfrc_applied[kBaseX] = force[0];
+  data.qfrc_applied[kBaseZ] = force[1];
   for (int i = 0; i < count; ++i) mj_step(&model, &data);
   // mj_step checks the state from which it starts, so the last result is still unchecked.
   mj_checkPos(&model, &data);

@@ -1,6 +1,7 @@
 // A robot's simulated world: its interface, and its implementation by MuJoCo's library.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <exception>
 #include <functional>
@@ -14,14 +15,19 @@ namespace walker::mujoco {
 
 class Physics;
 
+/// Force on the trunk's origin: generalized force on the slides, the world's x and z [N]. The
+/// built-in trunks have their centre of mass there.
+using TrunkForce = std::array<double, 2>;
+
 /// One world's part of a `Physics::step_together` call.
 struct PhysicsCall {
   Physics* physics = nullptr;
   const double* control = nullptr;
+  TrunkForce force{};
   std::exception_ptr failure;  ///< what `step` would have thrown
 };
 
-/// The mutable state of a world. Worlds share the constant model.
+/// The mutable state of a world. Worlds share the constant model, except those with other physics.
 class Physics {
  public:
   Physics() = default;
@@ -30,6 +36,11 @@ class Physics {
   virtual ~Physics() = default;
 
   virtual const mjModel& model() const = 0;
+
+  /// Replaces the model. The state stays.
+  /// @param model the one of the constructor, or another world's of the same base model
+  virtual void set_model(ModelPointer model) = 0;
+
   virtual const double* position() const = 0;  ///< nq values [m, rad]
   virtual const double* velocity() const = 0;  ///< nv values [m/s, rad/s]
 
@@ -40,18 +51,19 @@ class Physics {
   /// @throws std::runtime_error with MuJoCo's message if the engine fails
   virtual void reset(const double* position, const double* velocity) = 0;
 
-  /// Makes engine steps under a constant control.
+  /// Makes engine steps under a constant control and force.
   /// @param control nu values; MuJoCo clamps them to the actuators' ranges
+  /// @param force   of this call only
   /// @throws std::runtime_error with MuJoCo's warning if the simulation is unstable; the state is
   ///         then lost
-  virtual void step(const double* control, int count) = 0;
+  virtual void step(const double* control, const TrunkForce& force, int count) = 0;
 
   /// Makes engine steps of several worlds, with the same results as `step`.
   /// @param calls of distinct worlds, without a failure
   virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept {
     for (PhysicsCall* call = calls; call != calls + num_calls; ++call) {
       try {
-        call->physics->step(call->control, count);
+        call->physics->step(call->control, call->force, count);
       } catch (...) {
         call->failure = std::current_exception();
       }
@@ -94,10 +106,11 @@ class LibraryPhysics : public Physics {
   const mjData& data() const { return *data_; }
 
   const mjModel& model() const override { return *model_; }
+  void set_model(ModelPointer model) override { model_ = std::move(model); }
   const double* position() const override { return data_->qpos; }
   const double* velocity() const override { return data_->qvel; }
   void reset(const double* position, const double* velocity) override;
-  void step(const double* control, int count) override;
+  void step(const double* control, const TrunkForce& force, int count) override;
   void measure(const std::function<void(const mjData&)>& look) const override;
   void save(double* values) const override;
   void load(const double* values) override;
@@ -117,7 +130,8 @@ void forward(const mjModel& model, double* state);
 
 /// Makes engine steps, then checks the result as the next step would.
 /// @param control nu values
-void advance(const mjModel& model, mjData& data, const double* control, int count);
+void advance(const mjModel& model, mjData& data, const double* control, const TrunkForce& force,
+             int count);
 
 /// @throws std::runtime_error with MuJoCo's warning if a bad state occurred since the last reset
 void check_warnings(const mjData& data);

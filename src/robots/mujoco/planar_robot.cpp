@@ -22,8 +22,7 @@ void check_coordinates(const char* name, const std::vector<double>& values, int 
   }
 }
 
-std::unique_ptr<Physics> make_physics(const PlanarOptions& options) {
-  ModelPointer model = load_planar_model(options.model);
+std::unique_ptr<Physics> make_physics(const PlanarOptions& options, ModelPointer model) {
   if (options.make_physics) return options.make_physics(std::move(model));
   return std::make_unique<LibraryPhysics>(std::move(model));
 }
@@ -77,15 +76,27 @@ void sense_motion(const mjData& data, const double* velocity_before_step, double
   }
 }
 
-/// Writes the positions, without the trunk's x if that is excluded, then the clamped velocities.
+/// Writes the positions, without the trunk's x if that is excluded, then the velocities.
 /// @param position, velocity MuJoCo's qpos and qvel
-void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
-                       const double* velocity, double* observation) {
+/// @return the written velocities
+double* write_state(const mjModel& model, const PlanarOptions& options, const double* position,
+                    const double* velocity, double* observation) {
   const int first = options.exclude_current_positions_from_observation ? 1 : 0;
   double* const velocities = std::copy(position + first, position + model.nq, observation);
+  std::copy_n(velocity, model.nv, velocities);
+  return velocities;
+}
+
+void clamp_velocities(const mjModel& model, const PlanarOptions& options, double* velocities) {
   const double limit = options.velocity_limit;
-  std::transform(velocity, velocity + model.nv, velocities,
+  std::transform(velocities, velocities + model.nv, velocities,
                  [limit](double v) { return std::clamp(v, -limit, limit); });
+}
+
+/// Writes what `write_state` writes, with clamped velocities.
+void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
+                       const double* velocity, double* observation) {
+  clamp_velocities(model, options, write_state(model, options, position, velocity, observation));
 }
 
 class Builder : public ObservationBuilder {
@@ -133,12 +144,17 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions
 
 PlanarRobot::PlanarRobot(const PlanarOptions& options)
     : options_(options),
-      physics_(make_physics(options)),
+      models_(load_planar_model(options.model)),
+      physics_(make_physics(options, models_.base())),
       layout_(model()),
       specification_(make_specification(options, layout_, model())),
       first_position_(model().nq),
       velocity_before_step_(model().nv) {
   specification_.engine_version += kSteppedBy + physics_->stepper();
+}
+
+void PlanarRobot::set_world(const WorldValues& values) {
+  physics_->set_model(models_.model_of(physics_of(values)));
 }
 
 void PlanarRobot::reset(Generator& generator, double* info) {
@@ -159,7 +175,7 @@ void PlanarRobot::write_first_info(double* info) const {
 
 void PlanarRobot::step(RobotStep& step) {
   remember_state();
-  physics_->step(step.action, options_.frame_skip);
+  physics_->step(step.action, force_of(step), options_.frame_skip);
   finish_step(step);
 }
 
@@ -179,6 +195,7 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
     robot.remember_state();
     calls[num_calls].physics = robot.physics_.get();
     calls[num_calls].control = (*step)->action;
+    calls[num_calls].force = robot.force_of(**step);
     members[num_calls++] = *step;
   }
   if (num_calls != 0) physics_->step_together(calls.data(), num_calls, options_.frame_skip);
@@ -196,9 +213,30 @@ void PlanarRobot::observe(double* observation) const {
   write_observation(model(), options_, position(), velocity(), observation);
 }
 
+/// Adds the noise to the coordinates, because the trunk's joints are the world's x, z and pitch,
+/// and clamps the sums, as `Builder` does. The trunk's position has no noise.
+void PlanarRobot::observe(const SensorNoise& noise, double* observation) const {
+  double* const velocities = write_state(model(), options_, position(), velocity(), observation);
+  double* const positions_end = velocities;
+  const auto position_at = [&](int i) -> double& { return positions_end[i - model().nq]; };
+  position_at(kBasePitch) += noise.pitch;
+  velocities[kBaseX] += noise.linear_velocity[0];
+  velocities[kBaseZ] += noise.linear_velocity[1];
+  velocities[kBasePitch] += noise.angular_velocity;
+  for (std::size_t i = 0; i < layout_.joints.size(); ++i) {
+    position_at(model().jnt_qposadr[layout_.joints[i]]) += noise.joint_position[i];
+    velocities[model().jnt_dofadr[layout_.joints[i]]] += noise.joint_velocity[i];
+  }
+  clamp_velocities(model(), options_, velocities);
+}
+
 void PlanarRobot::remember_state() {
   x_before_step_ = position()[kBaseX];
   std::copy_n(velocity(), model().nv, velocity_before_step_.begin());
+}
+
+TrunkForce PlanarRobot::force_of(const RobotStep& step) const {
+  return {step.push[0] / specification_.dt, step.push[1] / specification_.dt};
 }
 
 void PlanarRobot::finish_step(RobotStep& step) const {
@@ -225,7 +263,7 @@ void PlanarRobot::scene(Scene& scene) const {
 }
 
 std::uint64_t PlanarRobot::model_fingerprint() const {
-  if (!model_fingerprint_) model_fingerprint_ = fingerprint(model());
+  if (!model_fingerprint_) model_fingerprint_ = fingerprint(*models_.base());
   return *model_fingerprint_;
 }
 
@@ -238,7 +276,7 @@ void PlanarRobot::save(StateWriter& writer) const {
   writer.numbers(values.data(), values.size());
 }
 
-std::function<void()> PlanarRobot::load(StateReader& reader) {
+std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& values) {
   if (reader.number<std::uint64_t>() != model_fingerprint()) {
     throw std::invalid_argument("the state is of another model than this " + specification_.id +
                                 "; has a file changed that its parameters name?");
@@ -246,12 +284,14 @@ std::function<void()> PlanarRobot::load(StateReader& reader) {
   const auto x_before_step = reader.number<double>();
   std::vector<double> velocity_before_step(velocity_before_step_.size());
   reader.numbers(velocity_before_step.data(), velocity_before_step.size());
-  std::vector<double> values(physics_->state_size());
-  reader.numbers(values.data(), values.size());
-  return [this, x_before_step, velocity_before_step, values] {
+  std::vector<double> state(physics_->state_size());
+  reader.numbers(state.data(), state.size());
+  const ModelPointer model = models_.model_of(physics_of(values));
+  return [this, model, x_before_step, velocity_before_step, state] {
     x_before_step_ = x_before_step;
     velocity_before_step_ = velocity_before_step;
-    physics_->load(values.data());
+    physics_->set_model(model);
+    physics_->load(state.data());
   };
 }
 

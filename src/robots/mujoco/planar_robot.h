@@ -12,6 +12,7 @@
 
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
+#include "robots/mujoco/world_physics.h"
 #include "robots/robot.h"
 #include "walker_sim/observation_builder.h"
 
@@ -46,6 +47,7 @@ class PlanarRobot : public Robot {
   explicit PlanarRobot(const PlanarOptions& options);
 
   const Specification& specification() const override { return specification_; }
+  void set_world(const WorldValues& values) override;
   void reset(Generator& generator, double* info) override;
 
   /// @throws std::runtime_error if the simulation is unstable
@@ -53,14 +55,16 @@ class PlanarRobot : public Robot {
   void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
   std::size_t group_size() const override { return physics_->group_size(); }
   void observe(double* observation) const override;
+  void observe(const SensorNoise& noise, double* observation) const override;
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   void save(StateWriter& writer) const override;
-  std::function<void()> load(StateReader& reader) override;
+  std::function<void()> load(StateReader& reader, const WorldValues& values) override;
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
                        double* info) override;
 
  protected:
+  /// The world's model.
   const mjModel& model() const { return physics_->model(); }
   /// Current values of MuJoCo's qpos and qvel.
   const double* position() const { return physics_->position(); }
@@ -78,9 +82,11 @@ class PlanarRobot : public Robot {
   std::uint64_t model_fingerprint() const;
   void write_first_info(double* info) const;
   void remember_state();
+  TrunkForce force_of(const RobotStep& step) const;
   void finish_step(RobotStep& step) const;
 
   PlanarOptions options_;
+  WorldModels models_;
   std::unique_ptr<Physics> physics_;
   Layout layout_;
   Specification specification_;
@@ -88,7 +94,7 @@ class PlanarRobot : public Robot {
   double x_before_step_ = 0;                  // x of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel
   mutable std::optional<std::uint64_t>
-      model_fingerprint_;  // computed at the first `save` or `load`
+      model_fingerprint_;  // of the empty world's, computed at the first `save` or `load`
 };
 
 }  // namespace walker::mujoco

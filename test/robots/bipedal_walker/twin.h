@@ -1,6 +1,7 @@
 // Physics that tests can inspect: a copy of an environment's, and all state of a world.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -58,5 +59,8 @@ class Twin {
 /// Returns positions, velocities, forces and sleep times of the bodies; impulses and limits of the
 /// joints; contacts in list order, with impulses and flags; all nodes of the broad-phase tree.
 std::vector<std::uint32_t> words_of(Physics& physics);
+
+/// Returns the torques that act on hull and limbs in the next step, the limbs in action order.
+std::array<float, kBodies> torques_on(Physics& physics);
 
 }  // namespace walker::bipedal_walker

@@ -3,6 +3,7 @@
 
 #include "allocation_counter.h"
 #include "robots/mujoco/player.h"
+#include "robots/mujoco/world_robot.h"
 #include "stepper.h"
 
 namespace walker::mujoco {
@@ -31,6 +32,27 @@ TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
     }
     EXPECT_EQ(allocations, 0) << id << " in " << steps << " steps and " << resets << " resets";
     EXPECT_GT(resets, 3);
+  }
+}
+
+TEST_F(AllocationTest, StepsInAWorldWithoutTheHeap) {
+  for (const char* id : {"Walker2d-v5", "Hopper-v5"}) {
+    WorldRobot robot(id, {{"terminate_when_unhealthy", false}},
+                     {{"mass_scale", 2}, {"gravity", -5}, {"friction_scale", 0.5}});
+    std::vector<double> observation(robot.robot->specification().observation_size());
+    std::vector<double> action(robot.action_size());
+    Actions actions("random", 0, static_cast<int>(action.size()));
+    SensorNoise noise;
+    noise.joint_position.assign(action.size(), 0.1);
+    noise.joint_velocity = noise.joint_position;
+    robot.reset(0);
+    const Counting counting;
+    for (int i = 0; i < 500; ++i) {
+      robot.robot->observe(noise, observation.data());
+      actions.draw(observation, action);
+      robot.step(action, {i % 10 == 0 ? 5.0 : 0.0, 0});
+    }
+    EXPECT_EQ(allocations, 0) << id;
   }
 }
 

@@ -108,7 +108,7 @@ TEST_P(Limits, AreReachedByTheWorstCase) {
       usage.add(physics.data());
       EXPECT_EQ(physics.data().ncon, GetParam().worst_contacts);
       EXPECT_EQ(physics.data().nefc, GetParam().worst_constraints);
-      physics.step(control.data(), kFrameSkip);
+      physics.step(control.data(), {}, kFrameSkip);
       usage.add(physics.data());
     }
   }
@@ -128,7 +128,7 @@ TEST_P(Limits, AreNotExceededByExtremeStates) {
     physics.reset(position.data(), velocity.data());
     usage.add(physics.data());
     try {
-      physics.step(control.data(), 1);
+      physics.step(control.data(), {}, 1);
     } catch (const std::runtime_error&) {
       ++unstable;
     }
@@ -149,7 +149,7 @@ class Equality : public Limits {
   /// @return the error message if the engine fails, otherwise an empty string
   static std::string step_once(LibraryPhysics& physics, const Control& control) {
     try {
-      physics.step(control.data(), 1);
+      physics.step(control.data(), {}, 1);
     } catch (const std::runtime_error& error) {
       return error.what();
     }

@@ -298,8 +298,10 @@ TEST_F(XmlFileTest, EnvironmentsShareAModel) {
   EXPECT_EQ(load_model(file), model);
   const long users = model.use_count();
   const auto first = make("Walker2d-v5", {{"xml_file", file}});
+  const long with_first = model.use_count();
+  EXPECT_GT(with_first, users);
   const auto second = make("Walker2d-v5", {{"xml_file", file}});
-  EXPECT_EQ(model.use_count(), users + 2);
+  EXPECT_GT(model.use_count(), with_first);
   const std::weak_ptr<const mjModel> unused = load_model(folder_.write("n.xml", "<mujoco/>"));
   EXPECT_TRUE(unused.expired());
 }

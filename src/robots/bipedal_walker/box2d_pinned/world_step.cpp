@@ -40,9 +40,8 @@ b2Transform transform_of(const Rotation<float>& rotation, const b2Vec2& center,
 Model model_of(const WalkerParts& parts) {
   Model model{};
   for (std::size_t i = 0; i < kBodies; ++i) {
-    const b2Body& body = *parts.bodies[i];
-    const b2Vec2& center = body.m_sweep.localCenter;
-    model.bodies[i] = {body.m_invMass, body.m_invI, center.x, center.y};
+    const b2Vec2& center = parts.bodies[i]->m_sweep.localCenter;
+    model.bodies[i] = {center.x, center.y};
   }
   for (std::size_t i = 0; i < kJoints; ++i) {
     const b2RevoluteJoint& joint = *parts.joints[i];
@@ -53,7 +52,6 @@ Model model_of(const WalkerParts& parts) {
         joint.m_upperAngle};
   }
   model.gravity_x = parts.world->m_gravity.x;
-  model.gravity_y = parts.world->m_gravity.y;
   model.dt = static_cast<float>(1.0 / kStepsPerSecond);
   model.dt_ratio = 1.0F / model.dt * model.dt;
   model.velocity_iterations = kVelocityIterations;
@@ -126,11 +124,13 @@ class WorldStep {
       if (!body.IsAwake()) return false;
       island_.bodies[i] = state_of(body);
       island_.forces[i] = {body.m_force.x, body.m_force.y, body.m_torque};
+      island_.inverse_masses[i] = inverse_mass_of(body);
       const int before = num_contacts_;
       if (!read_contacts(body)) return false;
       island_.num_contacts[i] = num_contacts_ - before;
       counts = (kMaxContactsOfBody + 1) * counts + static_cast<unsigned>(island_.num_contacts[i]);
     }
+    island_.gravity_y = parts_.world->m_gravity.y;
     // The most expensive constraints are the most significant digits.
     island_.pattern = ((kMaxContacts + 1) * counts + num_pairs_) << kJoints;
     island_.pattern += read_joints();

@@ -39,6 +39,10 @@ inline BodyState<float> state_of(const b2Body& body) {
           body.m_linearVelocity.x, body.m_linearVelocity.y, body.m_angularVelocity};
 }
 
+inline InverseMass<float> inverse_mass_of(const b2Body& body) {
+  return {body.m_invMass, body.m_invI};
+}
+
 inline void set_state(b2Body& body, const BodyState<float>& state) {
   body.m_sweep.c.Set(state.x, state.y);
   body.m_sweep.a = state.angle;
@@ -264,6 +268,7 @@ class WorldToi {
     island_.body = static_cast<int>(index_of(walker));
     island_.dt = (1.0F - alpha) * model_->dt;
     island_.state = state_of(walker);
+    island_.inverse_mass = inverse_mass_of(walker);
     island_.num_contacts = std::min(num_contacts_, kMaxContactsOfBody);
     island_.pattern = static_cast<unsigned>(num_contacts_);
     for (int i = 0; i < island_.num_contacts; ++i) {

@@ -70,6 +70,7 @@ class IslandLanes {
   void solve() {
     load_bodies();
     load_joints();
+    load_masses();
     prepare_velocities();
     solve_velocities();
     for (int i = 0; i < kBodies; ++i) {
@@ -86,6 +87,7 @@ class IslandLanes {
   void correct(int iterations) {
     load_bodies();
     load_joints();
+    load_masses();
     for (int i = 0; i < kBodies; ++i) {
       positions_[i] = {{bodies_[i].x, bodies_[i].y}, bodies_[i].angle};
     }
@@ -151,6 +153,14 @@ class IslandLanes {
   void load_bodies() { load(&Island::bodies, bodies_); }
   void load_joints() { load(&Island::joints, joint_states_); }
 
+  void load_masses() { load(&Island::inverse_masses, inverse_masses_); }
+
+  WALKER_SIM_INLINE MassLanes<W> mass_of(int body) const {
+    const auto& [mass, inertia] = inverse_masses_[body];
+    const Model::Body& model = model_.bodies[body];
+    return {mass, inertia, {Number<W>(model.center_x), Number<W>(model.center_y)}};
+  }
+
   template <typename Member, typename Lanes>
   void load(Member member, Lanes& lanes) const {
     std::array<const std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
@@ -170,24 +180,23 @@ class IslandLanes {
     const Number<W> dt(model_.dt);
     std::array<Force<Number<W>>, kBodies> forces;
     load(&Island::forces, forces);
+    Number<W> gravity_y;
+    load(&Island::gravity_y, gravity_y);
     for (int i = 0; i < kBodies; ++i) {
-      const Model::Body& model = model_.bodies[i];
       const BodyState<Number<W>>& body = bodies_[i];
-      const Number<W> mass(model.inverse_mass);
+      const auto& [mass, inertia] = inverse_masses_[i];
       const Number<W> gravity_scale(1);
       rotations_[i] = rotation_of<W>(body.angle);
       velocities_[i].velocity = {
           body.velocity_x + dt * (gravity_scale * Number<W>(model_.gravity_x) + mass * forces[i].x),
-          body.velocity_y +
-              dt * (gravity_scale * Number<W>(model_.gravity_y) + mass * forces[i].y)};
-      velocities_[i].angular_velocity =
-          body.angular_velocity + dt * Number<W>(model.inverse_inertia) * forces[i].torque;
+          body.velocity_y + dt * (gravity_scale * gravity_y + mass * forces[i].y)};
+      velocities_[i].angular_velocity = body.angular_velocity + dt * inertia * forces[i].torque;
     }
     store(rotations_, &Island::rotations_before);
 
     for (int i = 0; i < num_slots_; ++i) {
       const int body = slots_[i].body;
-      const MassLanes<W> model(model_.bodies[body]);
+      const MassLanes<W> model = mass_of(body);
       const Vec2<W> center{bodies_[body].x, bodies_[body].y};
       const Transform<W> transform{rotations_[body],
                                    center - rotate(rotations_[body], model.center)};
@@ -203,7 +212,7 @@ class IslandLanes {
     for (int i = 0; i < kJoints; ++i) {
       const int a = body_a(i);
       const int b = body_b(i);
-      prepare(model_.joints[i], model_.bodies[a], model_.bodies[b], model_.dt, model_.dt_ratio,
+      prepare(model_.joints[i], inverse_masses_[a], inverse_masses_[b], model_.dt, model_.dt_ratio,
               joint_states_[i], bodies_[a], bodies_[b], rotations_[a], rotations_[b], joints_[i],
               velocities_[a], velocities_[b]);
     }
@@ -236,7 +245,7 @@ class IslandLanes {
   WALKER_SIM_INLINE void solve_joint() {
     constexpr int kA = body_a(I);
     constexpr int kB = body_b(I);
-    kernel::solve(model_.bodies[kA], model_.bodies[kB], joints_[I], velocities_[kA],
+    kernel::solve(inverse_masses_[kA], inverse_masses_[kB], joints_[I], velocities_[kA],
                   velocities_[kB]);
   }
 
@@ -283,14 +292,14 @@ class IslandLanes {
     Number<W> separation(0);
     for (int i = 0; i < num_slots_; ++i) {
       const int body = slots_[i].body;
-      solve_position(slots_[i].manifold, slots_[i].any_two, MassLanes<W>(model_.bodies[body]),
-                     kBaumgarte, positions_[body], separation);
+      solve_position(slots_[i].manifold, slots_[i].any_two, mass_of(body), kBaumgarte,
+                     positions_[body], separation);
     }
     Truth<W> is_near = separation >= Number<W>(-3.0F * kLinearSlop);
     for (int i = 0; i < kJoints; ++i) {
       const int a = body_a(i);
       const int b = body_b(i);
-      is_near = is_near & solve_position(model_.joints[i], model_.bodies[a], model_.bodies[b],
+      is_near = is_near & solve_position(model_.joints[i], inverse_masses_[a], inverse_masses_[b],
                                          joint_states_[i], positions_[a], positions_[b]);
     }
     return is_near;
@@ -306,6 +315,7 @@ class IslandLanes {
   std::array<ContactImpulses<Number<W>>, kMaxContactsInLanes> impulses_;
   std::array<ContactLanes<W>, kMaxContactsInLanes> contacts_;
   std::array<BodyState<Number<W>>, kBodies> bodies_;
+  std::array<InverseMass<Number<W>>, kBodies> inverse_masses_;
   std::array<Rotation<Number<W>>, kBodies> rotations_;
   std::array<BodyLanes<W>, kBodies> velocities_;
   std::array<PositionLanes<W>, kBodies> positions_;

@@ -62,8 +62,13 @@ bool has_steps_of_box2d(const Kernel& kernel) {
   for (std::size_t i = 0; i < kWorlds; ++i) {
     const Terrain terrain = rough_ground(generator);
     const double push = generator.uniform(-50, 50);
-    ours[i].build(terrain, push);
-    plain[i].build(terrain, push);
+    Dynamics dynamics;
+    if (i % 2 != 0) {
+      dynamics.gravity = generator.uniform(-20, 0);
+      dynamics.mass_scale = generator.uniform(0.5, 2);
+    }
+    ours[i].build(terrain, push, dynamics);
+    plain[i].build(terrain, push, dynamics);
   }
   for (int step = 0; step < kSteps; ++step) {
     std::array<WorldCall, kWorlds> calls;

@@ -18,8 +18,6 @@ constexpr int kMaxContactsOfBody = 12;
 /// Constants that all worlds share [m, rad, kg, s].
 struct Model {
   struct Body {
-    float inverse_mass;
-    float inverse_inertia;
     float center_x, center_y;  ///< b2Sweep::localCenter
   };
   struct Joint {
@@ -30,7 +28,7 @@ struct Model {
   };
   std::array<Body, kBodies> bodies;
   std::array<Joint, kJoints> joints;
-  float gravity_x, gravity_y;
+  float gravity_x;
   float dt;
   float dt_ratio;  ///< b2TimeStep::dtRatio: length of this step over that of the last
   int velocity_iterations;
@@ -42,6 +40,11 @@ template <typename Number>
 struct BodyState {
   Number x, y, angle;
   Number velocity_x, velocity_y, angular_velocity;
+};
+
+template <typename Number>
+struct InverseMass {
+  Number mass, inertia;
 };
 
 template <typename Number>
@@ -91,6 +94,8 @@ struct Contact {
 struct Island {
   std::array<BodyState<float>, kBodies> bodies;
   std::array<Force<float>, kBodies> forces;
+  std::array<InverseMass<float>, kBodies> inverse_masses;
+  float gravity_y;
   std::array<JointState<float, int>, kJoints> joints;
   std::array<int, kBodies> num_contacts;                   ///< per body, at most kMaxContactsOfBody
   std::array<Contact<float, int>, kMaxContacts> contacts;  ///< sorted by body
@@ -107,6 +112,7 @@ struct ToiIsland {
   int body;  ///< index into Model::bodies
   float dt;  ///< rest of the step [s]
   BodyState<float> state;
+  InverseMass<float> inverse_mass;
   int num_contacts;  ///< 1 .. kMaxContactsOfBody
   std::array<ContactManifold<float, int>, kMaxContactsOfBody> contacts;
 

@@ -132,12 +132,6 @@ struct PositionLanes {
 
 template <int W>
 struct MassLanes {
-  MassLanes() = default;
-  WALKER_SIM_INLINE explicit MassLanes(const Model::Body& body)
-      : inverse_mass(body.inverse_mass),
-        inverse_inertia(body.inverse_inertia),
-        center{body.center_x, body.center_y} {}
-
   Number<W> inverse_mass, inverse_inertia;
   Vec2<W> center;
 };

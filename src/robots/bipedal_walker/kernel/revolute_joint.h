@@ -31,18 +31,14 @@ struct JointLanes {
 
 /// b2RevoluteJoint::InitVelocityConstraints, with its warm start.
 template <int W>
-WALKER_SIM_INLINE inline void prepare(const Model::Joint& model, const Model::Body& model_a,
-                                      const Model::Body& model_b, float dt, float dt_ratio,
-                                      const JointState<Number<W>, Truth<W>>& state,
-                                      const BodyState<Number<W>>& state_a,
-                                      const BodyState<Number<W>>& state_b,
-                                      const Rotation<Number<W>>& rotation_a,
-                                      const Rotation<Number<W>>& rotation_b, JointLanes<W>& joint,
-                                      BodyLanes<W>& a, BodyLanes<W>& b) {
-  const Number<W> mass_a(model_a.inverse_mass);
-  const Number<W> mass_b(model_b.inverse_mass);
-  const Number<W> inertia_a(model_a.inverse_inertia);
-  const Number<W> inertia_b(model_b.inverse_inertia);
+WALKER_SIM_INLINE inline void prepare(
+    const Model::Joint& model, const InverseMass<Number<W>>& inverse_a,
+    const InverseMass<Number<W>>& inverse_b, float dt, float dt_ratio,
+    const JointState<Number<W>, Truth<W>>& state, const BodyState<Number<W>>& state_a,
+    const BodyState<Number<W>>& state_b, const Rotation<Number<W>>& rotation_a,
+    const Rotation<Number<W>>& rotation_b, JointLanes<W>& joint, BodyLanes<W>& a, BodyLanes<W>& b) {
+  const auto [mass_a, inertia_a] = inverse_a;
+  const auto [mass_b, inertia_b] = inverse_b;
   const Vec2<W> arm_a = rotate(rotation_a, Vec2<W>{model.arm_a_x, model.arm_a_y});
   const Vec2<W> arm_b = rotate(rotation_b, Vec2<W>{model.arm_b_x, model.arm_b_y});
   joint.arm_a = arm_a;
@@ -96,12 +92,11 @@ WALKER_SIM_INLINE inline Vec2<W> solve_22(const JointLanes<W>& joint, Vec2<W> ri
 
 /// b2RevoluteJoint::SolveVelocityConstraints.
 template <int W>
-WALKER_SIM_INLINE inline void solve(const Model::Body& model_a, const Model::Body& model_b,
-                                    JointLanes<W>& joint, BodyLanes<W>& a, BodyLanes<W>& b) {
-  const Number<W> mass_a(model_a.inverse_mass);
-  const Number<W> mass_b(model_b.inverse_mass);
-  const Number<W> inertia_a(model_a.inverse_inertia);
-  const Number<W> inertia_b(model_b.inverse_inertia);
+WALKER_SIM_INLINE inline void solve(const InverseMass<Number<W>>& inverse_a,
+                                    const InverseMass<Number<W>>& inverse_b, JointLanes<W>& joint,
+                                    BodyLanes<W>& a, BodyLanes<W>& b) {
+  const auto [mass_a, inertia_a] = inverse_a;
+  const auto [mass_b, inertia_b] = inverse_b;
 
   const Number<W> error = b.angular_velocity - a.angular_velocity - joint.motor_speed;
   const Number<W> accumulated = clamp(joint.motor_impulse + -joint.motor_mass * error,
@@ -161,15 +156,13 @@ constexpr float kMaxAngularCorrection = 8.0F / 180.0F * kPi;  ///< b2_maxAngular
 /// @return the lanes in which the errors of point and limit are within tolerance
 template <int W>
 WALKER_SIM_INLINE inline Truth<W> solve_position(const Model::Joint& model,
-                                                 const Model::Body& model_a,
-                                                 const Model::Body& model_b,
+                                                 const InverseMass<Number<W>>& inverse_a,
+                                                 const InverseMass<Number<W>>& inverse_b,
                                                  const JointState<Number<W>, Truth<W>>& state,
                                                  PositionLanes<W>& a, PositionLanes<W>& b) {
   const Number<W> zero(0);
-  const Number<W> mass_a(model_a.inverse_mass);
-  const Number<W> mass_b(model_b.inverse_mass);
-  const Number<W> inertia_a(model_a.inverse_inertia);
-  const Number<W> inertia_b(model_b.inverse_inertia);
+  const auto [mass_a, inertia_a] = inverse_a;
+  const auto [mass_b, inertia_b] = inverse_b;
 
   Truth<W> is_near = zero <= zero;
   if (any(state.at_lower | state.at_upper)) {

@@ -56,8 +56,8 @@ class ToiLanes {
       const Model::Body& body = model_.bodies[island.body];
       states[lane] = &island.state;
       dt_.set(lane, island.dt);
-      mass_.inverse_mass.set(lane, body.inverse_mass);
-      mass_.inverse_inertia.set(lane, body.inverse_inertia);
+      mass_.inverse_mass.set(lane, island.inverse_mass.mass);
+      mass_.inverse_inertia.set(lane, island.inverse_mass.inertia);
       mass_.center.x.set(lane, body.center_x);
       mass_.center.y.set(lane, body.center_y);
     }

@@ -155,14 +155,13 @@ WALKER_SIM_INLINE inline void cross_force(V* result, const V* a, const V* f) {
 
 /// mju_inertCom: a body's inertia about another point.
 template <typename V>
-WALKER_SIM_INLINE inline void inertia_about(V* result, const double* inertia, const V* matrix,
-                                            const V* offset, double body_mass) {
-  const V mass = body_mass;
+WALKER_SIM_INLINE inline void inertia_about(V* result, const V* inertia, const V* matrix,
+                                            const V* offset, V mass) {
   const V* const m = matrix;
   const V* const d = offset;
-  const V t[9] = {m[0] * V(inertia[0]), m[3] * V(inertia[0]), m[6] * V(inertia[0]),
-                  m[1] * V(inertia[1]), m[4] * V(inertia[1]), m[7] * V(inertia[1]),
-                  m[2] * V(inertia[2]), m[5] * V(inertia[2]), m[8] * V(inertia[2])};
+  const V t[9] = {m[0] * inertia[0], m[3] * inertia[0], m[6] * inertia[0],
+                  m[1] * inertia[1], m[4] * inertia[1], m[7] * inertia[1],
+                  m[2] * inertia[2], m[5] * inertia[2], m[8] * inertia[2]};
   result[0] = m[0] * t[0] + m[1] * t[3] + m[2] * t[6];
   result[1] = m[3] * t[1] + m[4] * t[4] + m[5] * t[7];
   result[2] = m[6] * t[2] + m[7] * t[5] + m[8] * t[8];

@@ -136,7 +136,8 @@ WALKER_SIM_INLINE inline Vector<W> impedance(Vector<W> distance, Mask<W> wanted)
 
 /// mj_instantiateLimit.
 template <int W>
-WALKER_SIM_INLINE inline void find_limits(const Vector<W>* qpos, const Vector<W>* qvel,
+WALKER_SIM_INLINE inline void find_limits(const ModelValues<Vector<W>>& values,
+                                          const Vector<W>* qpos, const Vector<W>* qvel,
                                           Rows<W>& rows) {
   using V = Vector<W>;
   const V zero = 0.0;
@@ -150,7 +151,7 @@ WALKER_SIM_INLINE inline void find_limits(const Vector<W>* qpos, const Vector<W>
     auto& limit = rows.limits[rows.num_limits++];
     const V distance = select(is_low, above_low, below_high);
     const V share = impedance(distance, is_beyond);
-    const V R = (V(1.0) - share) * V(model::dof_invweight0[joint]) / share;
+    const V R = (V(1.0) - share) * values.limit_weight[i] / share;
     limit.dof = joint;
     limit.lanes = to_bits(is_beyond);
     limit.D = V(1.0) / select(R < V(kMinimum), V(kMinimum), R);
@@ -184,8 +185,9 @@ inline constexpr auto kMoves = [] {
 
 /// mj_collision for predefined pairs, mjc_PlaneCapsule: finds the capsules' ends below the floor.
 template <int W>
-WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth, const Ground& ground,
-                                           Touch<W>* touches, Rows<W>& rows) {
+WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth,
+                                           const ModelValues<Vector<W>>& values, Touch<W>* touches,
+                                           Rows<W>& rows) {
   using V = Vector<W>;
   unsigned any_touching = 0;
   unrolled<kLimbs>([&](auto limb) WALKER_SIM_INLINE {
@@ -219,8 +221,8 @@ WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth, cons
       touch.end_z.set(lane, smooth.end_z[end][lane]);
       touch.axis_x.set(lane, smooth.axis_x[limb][lane]);
       touch.radius.set(lane, model::geom_size[limb + 1][0]);
-      touch.friction.set(lane, ground.friction[limb]);
-      touch.diagonal.set(lane, ground.diagonal[limb]);
+      touch.friction.set(lane, values.friction[limb][lane]);
+      touch.diagonal.set(lane, values.diagonal[limb][lane]);
       for (int dof = 0; dof < model::nv; ++dof) {
         touch.moves[dof].set(lane, kMoves.limb[limb][dof]);
       }
@@ -270,14 +272,15 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
 }
 
 template <int W>
-__attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth, const Ground& ground,
+__attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth,
+                                         const ModelValues<Vector<W>>& values,
                                          const Vector<W>* qpos, const Vector<W>* qvel,
                                          Rows<W>& rows) {
   rows.num_limits = rows.num_right = rows.num_slots = 0;
   rows.has_any = Mask<W>::none();
-  find_limits(qpos, qvel, rows);
+  find_limits(values, qpos, qvel, rows);
   Touch<W> touches[kEnds];
-  find_touches(smooth, ground, touches, rows);
+  find_touches(smooth, values, touches, rows);
   const Touch<W>* touch = touches;
   rows.for_each_slot([&](auto side, typename Rows<W>::Slot& slot) WALKER_SIM_INLINE {
     make_slot<side>(smooth, *touch++, qvel, slot, rows.has_any);

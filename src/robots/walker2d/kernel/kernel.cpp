@@ -18,7 +18,7 @@ constexpr bool all_of(const T (&values)[N], const Predicate& predicate) {
 constexpr auto kIsZero = [](auto value, int /*index*/) { return value == 0; };
 
 static_assert(nq == World::kSize && nv == nq && njnt == nv, "joints with one coordinate each");
-static_assert(nu == World::kMotors && na == 0 && nbody == Ground::kLimbs + 1);
+static_assert(nu == World::kMotors && na == 0 && nbody == ModelValues<double>::kLimbs + 1);
 static_assert(opt_integrator == 1 && opt_solver == 2 && opt_cone == 0 && opt_collision == 1,
               "mjINT_RK4, mjSOL_NEWTON, mjCONE_PYRAMIDAL, mjCOL_PAIR");
 static_assert(opt_impratio == 1 && opt_noslip_iterations == 0 && opt_disableflags == 0 &&
@@ -33,6 +33,10 @@ static_assert(all_of(jnt_qposadr, [](int place, int i) { return place == i; }));
 static_assert(all_of(jnt_dofadr, [](int place, int i) { return place == i; }));
 static_assert(all_of(jnt_margin, kIsZero) && all_of(jnt_stiffness, kIsZero));
 static_assert(all_of(dof_frictionloss, kIsZero));
+static_assert(all_of(dof_damping, [](double damping, int i) {
+  return damping == (i < 3 ? 0 : dof_damping[3]);
+}));
+static_assert(opt_gravity[0] == 0 && opt_gravity[1] == 0);
 
 // Geoms: one capsule per limb, in contact only with the floor, with friction and without a margin.
 static_assert(ngeom == nbody && npair == nbody - 1);
@@ -42,16 +46,6 @@ static_assert(all_of(pair_geom1, kIsZero));
 static_assert(all_of(pair_geom2, [](int geom, int i) { return geom == i + 1; }));
 static_assert(all_of(pair_dim, [](int size, int /*i*/) { return size == 3; }));
 static_assert(all_of(pair_margin, kIsZero) && all_of(pair_gap, kIsZero));
-
-static_assert([] {
-  double mass[nbody] = {};
-  for (int body = nbody - 1; body >= 0; --body) {
-    mass[body] += body_mass[body];
-    if (body > 0) mass[body_parentid[body]] += mass[body];
-    if (mass[body] != body_subtreemass[body]) return false;
-  }
-  return true;
-}());
 
 // Motors: one per limb's hinge, in their order; mjTRN_JOINT, mjDYN_NONE, mjGAIN_FIXED, mjBIAS_NONE.
 static_assert(all_of(actuator_trntype, kIsZero) && all_of(actuator_dyntype, kIsZero) &&

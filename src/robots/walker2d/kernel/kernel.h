@@ -7,29 +7,41 @@
 
 namespace walker::walker2d {
 
-/// State that MuJoCo's steps pass from one to the next.
-struct World {
-  static constexpr std::size_t kSize = 9;
+/// Numbers of the model that may differ between worlds, in place of the kernel's constants: those
+/// of worlds with other physics, and the feet's friction, in which Walker2d-v4 and v5 differ.
+/// @tparam V a number, or a vector with a number of each lane's world
+template <typename V>
+struct ModelValues {
+  static constexpr std::size_t kLimbs = 7;  ///< bodies that move, in their order
   static constexpr std::size_t kMotors = 6;
 
-  std::array<double, kSize> position{};    ///< qpos [m, rad]
-  std::array<double, kSize> velocity{};    ///< qvel [m/s, rad/s]
-  std::array<double, kSize> warm_start{};  ///< qacc_warmstart, from which the solver starts
-  std::array<double, kMotors> torque{};    ///< of the motors [N m]
-  unsigned pattern = 0;                    ///< equal for worlds with the same contacts and limits
+  V gravity;                       ///< opt_gravity along z [m/s^2]
+  V damping;                       ///< dof_damping of each limb's hinge [N m s]
+  V mean_inertia;                  ///< stat_meaninertia
+  V mass[kLimbs];                  ///< body_mass [kg]
+  V inverse_subtree_mass[kLimbs];  ///< of a limb with all that it carries [1/kg]
+  V inertia[kLimbs][3];            ///< body_inertia [kg m^2]
+  V limit_weight[kMotors];         ///< dof_invweight0 of each limb's hinge
+  V friction[kLimbs];              ///< of the contacts with the floor
+  V diagonal[kLimbs];              ///< MuJoCo's diagApprox of a contact's rows
+};
+
+/// State that MuJoCo's steps pass from one to the next, and what acts in them.
+struct World {
+  static constexpr std::size_t kSize = 9;
+  static constexpr std::size_t kMotors = ModelValues<double>::kMotors;
+
+  std::array<double, kSize> position{};         ///< qpos [m, rad]
+  std::array<double, kSize> velocity{};         ///< qvel [m/s, rad/s]
+  std::array<double, kSize> warm_start{};       ///< qacc_warmstart, from which the solver starts
+  std::array<double, kMotors> torque{};         ///< of the motors [N m]
+  std::array<double, 2> push{};                 ///< force on the trunk along x and z [N]
+  const ModelValues<double>* values = nullptr;  ///< must be set
+  unsigned pattern = 0;     ///< equal for worlds with the same contacts and limits
   bool is_flagged = false;  ///< the library must redo this step from the state before it
 };
 
-/// Contact parameters of the floor with each limb, in the order of bodies. The models of
-/// Walker2d-v4 and v5 differ in them.
-struct Ground {
-  static constexpr std::size_t kLimbs = 7;
-  std::array<double, kLimbs> friction{};
-  std::array<double, kLimbs> diagonal{};  ///< MuJoCo's diagApprox of a contact's rows
-};
-
-using StepWorlds = void (*)(World* const* worlds, std::size_t count, int steps,
-                            const Ground& ground);
+using StepWorlds = void (*)(World* const* worlds, std::size_t count, int steps);
 
 /// The kernel for one instruction set.
 struct Kernel {
@@ -42,8 +54,9 @@ struct Kernel {
   /// Like `step`, but one world at a time: faster for a single world.
   StepWorlds step_singly;
 
-  /// Computes the warm start of a new state, without torques. Flags the world as `step` does.
-  void (*start)(World& world, const Ground& ground);
+  /// Computes the warm start of a new state, without torques and push. Flags the world as `step`
+  /// does.
+  void (*start)(World& world);
 };
 
 /// Computes sine and cosine of an angle [rad] with the bits of the C library's sin and cos, which

@@ -3,83 +3,50 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
-#include <map>
-#include <mutex>
 #include <utility>
-#include <vector>
 
 #include "base/limits.h"
+#include "robots/mujoco/model_pool.h"
 
 namespace walker::walker2d {
 namespace {
 
-/// Pool of mjData of one model. Its size is the maximum number of simultaneous loans, independent
-/// of the number of worlds. Thread-safe.
-class DataPool {
- public:
-  explicit DataPool(mujoco::ModelPointer model) : model_(std::move(model)) {}
+struct Data {
+  explicit Data(const mjModel& model) : pointer(mujoco::make_data(model)) {}
 
-  /// Returns the pool that all users of this model share.
-  static std::shared_ptr<DataPool> of(const mujoco::ModelPointer& model) {
-    static std::mutex mutex;
-    static std::map<const mjModel*, std::weak_ptr<DataPool>> all;
-    const std::lock_guard<std::mutex> lock(mutex);
-    for (auto each = all.begin(); each != all.end();) {
-      each = each->second.expired() ? all.erase(each) : std::next(each);
-    }
-    std::weak_ptr<DataPool>& known = all[model.get()];
-    std::shared_ptr<DataPool> pool = known.lock();
-    if (!pool) known = pool = std::make_shared<DataPool>(model);
-    return pool;
-  }
+  mujoco::DataPointer pointer;
+};
 
-  /// Borrows an mjData, with the contents that the last borrower left, until destruction.
-  class Loan {
-   public:
-    explicit Loan(DataPool& pool) : pool_(pool) {
-      {
-        const std::lock_guard<std::mutex> lock(pool_.mutex_);
-        if (!pool_.unused_.empty()) {
-          data_ = std::move(pool_.unused_.back());
-          pool_.unused_.pop_back();
-        }
-      }
-      if (data_) return;
-      data_ = mujoco::make_data(*pool_.model_);
-      const std::lock_guard<std::mutex> lock(pool_.mutex_);
-      pool_.unused_.reserve(++pool_.num_made_);  // so that the destructor cannot fail
-    }
-    Loan(const Loan&) = delete;
-    Loan& operator=(const Loan&) = delete;
-    ~Loan() {
-      const std::lock_guard<std::mutex> lock(pool_.mutex_);
-      pool_.unused_.push_back(std::move(data_));
-    }
+using DataPool = mujoco::ModelPool<Data>;
 
-    mjData& data() const { return *data_; }
+/// What walkers with the same base model share.
+struct Shared {
+  explicit Shared(const mujoco::ModelPointer& base) : values(values_of(*base)), data(base) {}
 
-   private:
-    DataPool& pool_;
-    mujoco::DataPointer data_;
-  };
-
- private:
-  mujoco::ModelPointer model_;
-  std::mutex mutex_;
-  std::size_t num_made_ = 0;
-  std::vector<mujoco::DataPointer> unused_;
+  ModelValues<double> values;  ///< of the base model
+  DataPool data;               ///< for models of all worlds, which have the same sizes
 };
 
 class KernelPhysics : public mujoco::Physics {
  public:
-  KernelPhysics(const Kernel& kernel, mujoco::ModelPointer model)
+  KernelPhysics(const Kernel& kernel, mujoco::ModelPointer base)
       : kernel_(kernel),
-        ground_(ground_of(*model)),
-        pool_(DataPool::of(model)),
-        model_(std::move(model)) {}
+        base_(std::move(base)),
+        shared_(mujoco::shared_by_users_of<Shared>(base_)),
+        model_(base_) {
+    world_.values = &shared_->values;
+  }
 
   const mjModel& model() const override { return *model_; }
+
+  void set_model(mujoco::ModelPointer model) override {
+    if (model == model_) return;
+    own_values_ =
+        model == base_ ? nullptr : std::make_unique<ModelValues<double>>(values_of(*model));
+    world_.values = own_values_ ? own_values_.get() : &shared_->values;
+    model_ = std::move(model);
+  }
+
   const double* position() const override { return world_.position.data(); }
   const double* velocity() const override { return world_.velocity.data(); }
 
@@ -87,10 +54,10 @@ class KernelPhysics : public mujoco::Physics {
     std::copy_n(position, World::kSize, world_.position.begin());
     std::copy_n(velocity, World::kSize, world_.velocity.begin());
     control_ = {};
-    kernel_.start(world_, ground_);
+    kernel_.start(world_);
     if (!world_.is_flagged) return;
-    const DataPool::Loan loan(*pool_);
-    mjData& data = loan.data();
+    const DataPool::Loan loan(shared_->data);
+    mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
     std::copy_n(position, World::kSize, data.qpos);
     std::copy_n(velocity, World::kSize, data.qvel);
@@ -98,10 +65,10 @@ class KernelPhysics : public mujoco::Physics {
     read(data);
   }
 
-  void step(const double* control, int count) override {
+  void step(const double* control, const mujoco::TrunkForce& force, int count) override {
     const World before = world_;
     World* const world = &world_;
-    if (take_control(control)) kernel_.step_singly(&world, 1, count, ground_);
+    if (take_inputs(control, force)) kernel_.step_singly(&world, 1, count);
     if (world_.is_flagged) step_by_library(before, count);
   }
 
@@ -118,15 +85,17 @@ class KernelPhysics : public mujoco::Physics {
         continue;
       }
       before[i] = members[i]->world_;
-      if (members[i]->take_control(calls[i].control)) worlds[num_worlds++] = &members[i]->world_;
+      if (members[i]->take_inputs(calls[i].control, calls[i].force)) {
+        worlds[num_worlds++] = &members[i]->world_;
+      }
     }
     // Worlds with the same contacts are solved together fastest.
     std::sort(worlds.begin(), worlds.begin() + num_worlds,
               [](const World* a, const World* b) { return a->pattern < b->pattern; });
     // A single remaining world is faster alone than in a vector.
     const std::size_t num_alone = num_worlds % kernel_.lanes == 1 ? 1 : 0;
-    kernel_.step(worlds.data(), num_worlds - num_alone, count, ground_);
-    kernel_.step_singly(worlds.data() + num_worlds - num_alone, num_alone, count, ground_);
+    kernel_.step(worlds.data(), num_worlds - num_alone, count);
+    kernel_.step_singly(worlds.data() + num_worlds - num_alone, num_alone, count);
     for (std::size_t i = 0; i < num_calls; ++i) {
       if (members[i] == nullptr || !members[i]->world_.is_flagged) continue;
       try {
@@ -140,8 +109,8 @@ class KernelPhysics : public mujoco::Physics {
   std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
-    const DataPool::Loan loan(*pool_);
-    mjData& data = loan.data();
+    const DataPool::Loan loan(shared_->data);
+    mjData& data = *loan->pointer;
     write(world_, data);
     std::copy(control_.begin(), control_.end(), data.ctrl);
     mj_kinematics(model_.get(), &data);
@@ -163,7 +132,9 @@ class KernelPhysics : public mujoco::Physics {
   }
 
   void load(const double* values) override {
+    const ModelValues<double>* const model_values = world_.values;
     world_ = {};
+    world_.values = model_values;
     const double* next = values;
     const auto take = [&next](auto& to) {
       std::copy_n(next, to.size(), to.begin());
@@ -182,17 +153,18 @@ class KernelPhysics : public mujoco::Physics {
   }
 
  private:
-  /// Returns the call's world if it has the same kernel and model, else null: between the creation
-  /// of two environments the user may have changed the model's file or selected another kernel.
+  /// Returns the call's world if it has the same kernel and base model, else null: between the
+  /// creation of two environments the user may have changed the model's file or selected another
+  /// kernel.
   KernelPhysics* find_alike(const mujoco::PhysicsCall& call) const {
     auto* const other = dynamic_cast<KernelPhysics*>(call.physics);
-    const bool is_alike =
-        other != nullptr && &other->kernel_ == &kernel_ && other->model_ == model_;
+    const bool is_alike = other != nullptr && &other->kernel_ == &kernel_ && other->base_ == base_;
     return is_alike ? other : nullptr;
   }
 
   /// mj_fwdActuation. @return whether the kernel can make the step; if not, the world is flagged
-  bool take_control(const double* control) {
+  bool take_inputs(const double* control, const mujoco::TrunkForce& force) {
+    world_.push = force;
     std::copy_n(control, World::kMotors, control_.begin());
     world_.is_flagged = !std::all_of(control_.begin(), control_.end(),
                                      [](double value) { return std::abs(value) <= mjMAXVAL; });
@@ -207,11 +179,11 @@ class KernelPhysics : public mujoco::Physics {
 
   /// @throws as `step`
   void step_by_library(const World& before, int count) {
-    const DataPool::Loan loan(*pool_);
-    mjData& data = loan.data();
+    const DataPool::Loan loan(shared_->data);
+    mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
     write(before, data);
-    mujoco::advance(*model_, data, control_.data(), count);
+    mujoco::advance(*model_, data, control_.data(), world_.push, count);
     read(data);
     mujoco::check_warnings(data);
   }
@@ -228,9 +200,10 @@ class KernelPhysics : public mujoco::Physics {
   }
 
   const Kernel& kernel_;
-  Ground ground_;
-  std::shared_ptr<DataPool> pool_;
-  mujoco::ModelPointer model_;
+  mujoco::ModelPointer base_;
+  std::shared_ptr<Shared> shared_;
+  mujoco::ModelPointer model_;                       // of this world
+  std::unique_ptr<ModelValues<double>> own_values_;  // if the model is not the base model
   World world_;
   std::array<double, World::kMotors> control_{};
 };

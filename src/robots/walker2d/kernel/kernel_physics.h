@@ -27,8 +27,8 @@ KernelChoice choose_kernel(const mjModel& model);
 /// that a step reads differs.
 std::string unsupported_reason(const mjModel& model);
 
-/// @param model must be covered
-Ground ground_of(const mjModel& model);
+/// @param model covered, or another world's of a covered base model
+ModelValues<double> values_of(const mjModel& model);
 
 /// Selects the faster sincos for `sine_and_cosine_of` if it has the bits of sin and cos on 50,000
 /// angles: not in glibc 2.31, but in 2.36. Checks once per process.

@@ -2,7 +2,8 @@
 // kernel's constants are generated from this list, and models are compared with them.
 //
 // Excluded: names, visuals, fields of elements that the model does not have (their counts are
-// included), and the floor's friction, which differs between models (kernel.h).
+// included), and the floor's friction, which differs between models. Included are fields that only
+// worlds change (ModelValues in kernel.h): the base model has these numbers.
 #pragma once
 
 // clang-format off

@@ -16,13 +16,15 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 constexpr int kGroups = 4;
 constexpr double kMaxValue = 1e10;  ///< mjMAXVAL: a state with a larger value is bad
 
-/// MuJoCo's qpos, qvel, qacc_warmstart and qfrc_actuator of a group.
+/// MuJoCo's qpos, qvel, qacc_warmstart, qfrc_applied + qfrc_actuator, and the models' values of a
+/// group.
 template <int W>
 struct Group {
   Vector<W> qpos[model::nq];
   Vector<W> qvel[model::nv];
   Vector<W> warm_start[model::nv];
-  Vector<W> torque[model::nv];
+  Vector<W> force[model::nv];
+  ModelValues<Vector<W>> values;
   Mask<W> flagged;
   unsigned pattern[W];
 };
@@ -38,21 +40,22 @@ WALKER_SIM_INLINE inline Mask<W> is_bad(const Vector<W>* values) {
 template <int W>
 class Forward {
  public:
-  explicit Forward(const Ground& ground) : ground_(ground) {}
-
   /// @param qpos, qvel of each group
   /// @param groups     receive the accelerations as their warm starts
   void run(int count, const Vector<W> (*qpos)[model::nq], const Vector<W> (*qvel)[model::nv],
            Group<W>* groups) {
     for (int g = 0; g < count; ++g) {
-      groups[g].flagged =
-          groups[g].flagged | smooth(qpos[g], qvel[g], groups[g].torque, smooth_[g]);
+      groups[g].flagged = groups[g].flagged |
+                          smooth(groups[g].values, qpos[g], qvel[g], groups[g].force, smooth_[g]);
     }
-    for (int g = 0; g < count; ++g) make_rows(smooth_[g], ground_, qpos[g], qvel[g], rows_[g]);
+    for (int g = 0; g < count; ++g) {
+      make_rows(smooth_[g], groups[g].values, qpos[g], qvel[g], rows_[g]);
+    }
     for (int g = 0; g < count; ++g) {
       Group<W>& group = groups[g];
       if (any(rows_[g].has_any)) {
-        group.flagged = group.flagged | Solver<W>(smooth_[g], rows_[g]).solve(group.warm_start);
+        Solver<W> solver(smooth_[g], group.values.mean_inertia, rows_[g]);
+        group.flagged = group.flagged | solver.solve(group.warm_start);
       } else {
         unrolled<model::nv>(
             [&](auto i) WALKER_SIM_INLINE { group.warm_start[i] = smooth_[g].qacc_smooth[i]; });
@@ -63,7 +66,6 @@ class Forward {
   const Rows<W>& rows(int group) const { return rows_[group]; }
 
  private:
-  const Ground& ground_;
   Smooth<Vector<W>> smooth_[kGroups];
   Rows<W> rows_[kGroups];
 };
@@ -71,19 +73,17 @@ class Forward {
 /// Working memory of a call.
 template <int W, int Groups>
 struct Work {
-  explicit Work(const Ground& ground) : forward(ground) {}
-
   Group<W> groups[Groups];
   Forward<W> forward;
 };
 
 template <int W, int Groups>
-Work<W, Groups>& new_work(const Ground& ground) {
+Work<W, Groups>& new_work() {
   using Made = Work<W, Groups>;
   static_assert(sizeof(Made) <= simd::Workspace::kLanesSize);
   static_assert(alignof(Made) <= simd::Workspace::kAlignment);
   static_assert(std::is_trivially_destructible_v<Made>);
-  return *new (simd::workspace().lanes) Made(ground);
+  return *new (simd::workspace().lanes) Made;
 }
 
 template <int W>
@@ -147,6 +147,17 @@ void step_groups(int count, Group<W>* groups, Forward<W>& forward) {
   }
 }
 
+/// Sets one lane of each of the model's values.
+template <int W>
+WALKER_SIM_INLINE inline void load(const ModelValues<double>& from, int lane,
+                                   ModelValues<Vector<W>>& to) {
+  constexpr int kCount = sizeof from / sizeof(double);
+  static_assert(sizeof to == kCount * sizeof(Vector<W>));
+  const auto* const numbers = reinterpret_cast<const double*>(&from);
+  auto* const vectors = reinterpret_cast<Vector<W>*>(&to);
+  for (int i = 0; i < kCount; ++i) vectors[i].set(lane, numbers[i]);
+}
+
 /// Loads worlds into lanes; excess lanes repeat the last world.
 template <int W>
 void load(World* const* worlds, int count, Group<W>& group) {
@@ -157,8 +168,10 @@ void load(World* const* worlds, int count, Group<W>& group) {
       group.qpos[i].set(lane, world.position[i]);
       group.qvel[i].set(lane, world.velocity[i]);
       group.warm_start[i].set(lane, world.warm_start[i]);
-      group.torque[i].set(lane, i < kFirstLimited ? 0 : world.torque[i - kFirstLimited]);
+      group.force[i].set(lane, i < kFirstLimited ? 0 : world.torque[i - kFirstLimited]);
     }
+    for (int i = 0; i < 2; ++i) group.force[i].set(lane, world.push[i]);
+    load(*world.values, lane, group.values);
   }
 }
 
@@ -184,9 +197,9 @@ void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds
 }
 
 template <int W>
-void step_worlds(World* const* worlds, std::size_t count, int steps, const Ground& ground) {
+void step_worlds(World* const* worlds, std::size_t count, int steps) {
   constexpr std::size_t kMax = std::size_t{W} * kGroups;
-  auto& [groups, forward] = new_work<W, kGroups>(ground);
+  auto& [groups, forward] = new_work<W, kGroups>();
   while (count > 0) {
     const int num_worlds = static_cast<int>(count < kMax ? count : kMax);
     const int num_groups = (num_worlds + W - 1) / W;
@@ -202,13 +215,14 @@ void step_worlds(World* const* worlds, std::size_t count, int steps, const Groun
   }
 }
 
-/// mj_forward without torques.
-inline void start_world(World& world, const Ground& ground) {
+/// mj_forward without torques and push.
+inline void start_world(World& world) {
   World* const worlds[] = {&world};
-  auto& [groups, forward] = new_work<1, 1>(ground);
+  auto& [groups, forward] = new_work<1, 1>();
   Group<1>& group = groups[0];
   world.warm_start = {};
   world.torque = {};
+  world.push = {};
   load(worlds, 1, group);
   forward.run(1, &group.qpos, &group.qvel, &group);
   group.flagged = group.flagged | is_bad(group.warm_start);

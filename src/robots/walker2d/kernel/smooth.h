@@ -125,22 +125,22 @@ WALKER_SIM_INLINE inline void capsules(const Poses<V>& poses, Smooth<V>& out) {
   });
 }
 
-/// mj_comPos: inertias and axes of motion, about the robot's centre of mass. MuJoCo sums the
-/// subtrees' masses from the last body to the first; kernel.cpp asserts that body_subtreemass is
-/// that sum.
+/// mj_comPos: inertias and axes of motion, about the robot's centre of mass.
 template <typename V>
-WALKER_SIM_INLINE inline void about_centre_of_mass(const Poses<V>& poses, V (*cinert)[10],
+WALKER_SIM_INLINE inline void about_centre_of_mass(const ModelValues<V>& values,
+                                                   const Poses<V>& poses, V (*cinert)[10],
                                                    V (*cdof)[6], Smooth<V>& out) {
   using namespace model;
   V com[nbody][3];
   unrolled<nbody>([&](auto body) WALKER_SIM_INLINE {
     unrolled<3>([&](auto k) WALKER_SIM_INLINE { com[body][k] = 0.0; });
   });
-  unrolled_backwards<nbody>([&](auto body) WALKER_SIM_INLINE {
+  unrolled_backwards<kLimbs>([&](auto limb) WALKER_SIM_INLINE {
+    constexpr int body = limb + 1;
     unrolled<3>([&](auto k) WALKER_SIM_INLINE {
-      com[body][k] += poses.xipos[body][k] * V(body_mass[body]);
-      if constexpr (body > 0) com[body_parentid[body]][k] += com[body][k];
-      com[body][k] *= V(1.0 / body_subtreemass[body]);
+      com[body][k] += poses.xipos[body][k] * values.mass[limb];
+      com[body_parentid[body]][k] += com[body][k];
+      com[body][k] *= values.inverse_subtree_mass[limb];
     });
   });
   unrolled<nbody - 1>([&](auto b) WALKER_SIM_INLINE {
@@ -149,7 +149,7 @@ WALKER_SIM_INLINE inline void about_centre_of_mass(const Poses<V>& poses, V (*ci
     unrolled<3>([&](auto k) WALKER_SIM_INLINE {
       offset[k] = poses.xipos[body][k] - com[body_rootid[body]][k];
     });
-    inertia_about(cinert[body], body_inertia[body], poses.ximat[body], offset, body_mass[body]);
+    inertia_about(cinert[body], values.inertia[b], poses.ximat[body], offset, values.mass[b]);
   });
   unrolled<njnt>([&](auto j) WALKER_SIM_INLINE {
     const V* const axis = poses.xaxis[j];
@@ -238,14 +238,13 @@ WALKER_SIM_INLINE inline void velocities(const V* qvel, const V (*cdof)[6], V (*
 
 /// mj_rne without accelerations: the bodies' Coriolis, centrifugal and gravity forces.
 template <typename V>
-WALKER_SIM_INLINE inline void body_forces(const V* qvel, const V (*cinert)[10], const V (*cvel)[6],
-                                          const V (*cdof_dot)[6], V (*cfrc)[6]) {
+WALKER_SIM_INLINE inline void body_forces(V gravity, const V* qvel, const V (*cinert)[10],
+                                          const V (*cvel)[6], const V (*cdof_dot)[6],
+                                          V (*cfrc)[6]) {
   using namespace model;
   V cacc[nbody][6];
-  unrolled<3>([&](auto k) WALKER_SIM_INLINE {
-    cacc[0][k] = 0.0;
-    cacc[0][3 + k] = opt_gravity[k] * -1;
-  });
+  unrolled<5>([&](auto k) WALKER_SIM_INLINE { cacc[0][k] = 0.0; });
+  cacc[0][5] = gravity * V(-1.0);
   unrolled<nbody - 1>([&](auto b) WALKER_SIM_INLINE {
     constexpr int body = b + 1;
     constexpr int first = body_dofadr[body];
@@ -275,17 +274,18 @@ WALKER_SIM_INLINE inline void body_forces(const V* qvel, const V (*cinert)[10], 
 }
 
 /// mj_fwdPosition to mj_fwdAcceleration, without contacts and limits.
-/// @param qfrc_actuator torques of the motors [N m]
+/// @param force MuJoCo's qfrc_applied + qfrc_actuator, of which one is 0 in each element [N, N m]
 /// @return lanes that the library must step
 template <typename V>
-auto smooth(const V* qpos, const V* qvel, const V* qfrc_actuator, Smooth<V>& out) {
+auto smooth(const ModelValues<V>& values, const V* qpos, const V* qvel, const V* force,
+            Smooth<V>& out) {
   using namespace model;
   Poses<V> poses;
   V cinert[nbody][10];
   V cdof[nv][6];
   kinematics(qpos, poses);
   capsules(poses, out);
-  about_centre_of_mass(poses, cinert, cdof, out);
+  about_centre_of_mass(values, poses, cinert, cdof, out);
 
   V M[nM];
   V inverse_diagonal[nv];
@@ -300,11 +300,12 @@ auto smooth(const V* qpos, const V* qvel, const V* qfrc_actuator, Smooth<V>& out
   V cfrc[nbody][6];
   V qacc[nv];
   velocities(qvel, cdof, cvel, cdof_dot);
-  body_forces(qvel, cinert, cvel, cdof_dot, cfrc);
+  body_forces(values.gravity, qvel, cinert, cvel, cdof_dot, cfrc);
   unrolled<nv>([&](auto i) WALKER_SIM_INLINE {
-    const V passive = V(0.0) - V(dof_damping[i]) * qvel[i];  // mj_passive
+    V passive = 0.0;
+    if constexpr (dof_damping[i] != 0) passive -= values.damping * qvel[i];  // mj_passive
     const V bias = dot<6>(cdof[i], cfrc[dof_bodyid[i]]);
-    qacc[i] = out.qfrc_smooth[i] = passive - bias + qfrc_actuator[i];
+    qacc[i] = out.qfrc_smooth[i] = passive - bias + force[i];
   });
   solve_factored(qacc, M, inverse_diagonal);
   unrolled<nv>([&](auto i) WALKER_SIM_INLINE { out.qacc_smooth[i] = qacc[i]; });

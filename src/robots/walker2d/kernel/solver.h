@@ -19,7 +19,8 @@ class Solver {
  public:
   using V = Vector<W>;
 
-  Solver(const Smooth<V>& smooth, Rows<W>& rows) : smooth_(smooth), rows_(rows) {}
+  Solver(const Smooth<V>& smooth, V mean_inertia, Rows<W>& rows)
+      : smooth_(smooth), mean_inertia_(mean_inertia), rows_(rows) {}
 
   /// mj_fwdConstraint.
   /// @param qacc the warm start, MuJoCo's qacc_warmstart; receives the accelerations
@@ -201,7 +202,7 @@ class Solver {
     }
     const V cost_before = cost_;
     make_gradient(qacc);
-    const V scale = model::stat_meaninertia * kSize;
+    const V scale = mean_inertia_ * V(kSize);
     const V improvement = (cost_before - cost_) / scale;
     const V steepness = sqrt(dot<kSize>(gradient_, gradient_)) / scale;
     going_ = going_ & ~((improvement < V(kTolerance)) | (steepness < V(kTolerance)));
@@ -250,8 +251,7 @@ class Solver {
     const V zero = 0.0;
     const V norm = sqrt(dot<kSize>(search_, search_));
     going_ = going_ & ~(norm < V(kMinimum));
-    const V tolerance =
-        V(kTolerance * kLineSearchTolerance) * norm * V(model::stat_meaninertia) * V(kSize);
+    const V tolerance = V(kTolerance * kLineSearchTolerance) * norm * mean_inertia_ * V(kSize);
     multiply_by_inertia(Mv, smooth_.M, search_);
     prepare_rows();
     V of_gauss[3];
@@ -347,6 +347,7 @@ class Solver {
   }
 
   const Smooth<V>& smooth_;
+  V mean_inertia_;
   Rows<W>& rows_;
   V Ma_[kSize];  ///< the inertia times the accelerations
   V gauss_;      ///< the cost without constraint rows

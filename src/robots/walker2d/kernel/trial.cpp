@@ -1,11 +1,13 @@
 // The choice of a kernel.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <vector>
 
 #include "base/bits.h"
 #include "base/random.h"
+#include "robots/mujoco/planar_model.h"
 #include "robots/walker2d/kernel/kernel_physics.h"
 #include "robots/walker2d/kernel/model_fields.h"
 #include "robots/walker2d/model_constants.h"
@@ -73,7 +75,7 @@ bool is_sincos_the_same() {
 class KernelCheck {
  public:
   KernelCheck(const Kernel& kernel, const mjModel& model)
-      : kernel_(kernel), model_(model), ground_(ground_of(model)) {
+      : kernel_(kernel), model_(model), values_(values_of(model)) {
     for (int i = 0; i < kWorlds; ++i) begin(static_cast<double>(i) / kWorlds);
   }
 
@@ -83,6 +85,7 @@ class KernelCheck {
     for (const mujoco::DataPointer& each : data_) {
       std::generate_n(each->ctrl, World::kMotors, [this] { return generator_.uniform(-1, 1); });
       World& world = together.emplace_back();
+      world.values = &values_;
       read_state(*each, world);
       for (int i = 0; i < model_.nu; ++i) {
         world.torque[i] = mujoco::at(model_.actuator_gear, i, 6)[0] * each->ctrl[i];
@@ -91,10 +94,10 @@ class KernelCheck {
     std::vector<World> singly = together;
     std::vector<World*> worlds(together.size());
     std::transform(together.begin(), together.end(), worlds.begin(), [](World& w) { return &w; });
-    kernel_.step(worlds.data(), worlds.size(), 1, ground_);
+    kernel_.step(worlds.data(), worlds.size(), 1);
     for (std::size_t i = 0; i < data_.size(); ++i) {
       World* const world = &singly[i];
-      kernel_.step_singly(&world, 1, 1, ground_);
+      kernel_.step_singly(&world, 1, 1);
       mj_step(&model_, data_[i].get());
       compare(together[i], *data_[i]);
       compare(*world, *data_[i]);
@@ -110,6 +113,7 @@ class KernelCheck {
   /// Adds a world. With the wildness the state goes from standing to extreme, also below the floor.
   void begin(double wildness) {
     World world;
+    world.values = &values_;
     for (std::size_t i = 0; i < World::kSize; ++i) {
       world.position[i] = wildness * generator_.uniform(-2, 2);
       world.velocity[i] = 10 * wildness * generator_.uniform(-1, 1);
@@ -120,7 +124,7 @@ class KernelCheck {
     std::copy(world.position.begin(), world.position.end(), data.qpos);
     std::copy(world.velocity.begin(), world.velocity.end(), data.qvel);
     mj_forward(&model_, &data);
-    kernel_.start(world, ground_);
+    kernel_.start(world);
     compare(world, data);
   }
 
@@ -131,7 +135,7 @@ class KernelCheck {
 
   const Kernel& kernel_;
   const mjModel& model_;
-  Ground ground_;
+  ModelValues<double> values_;
   Generator generator_{0};
   std::vector<mujoco::DataPointer> data_;
   int num_equal_ = 0;
@@ -163,19 +167,29 @@ std::string unsupported_reason(const mjModel& model) {
   return why_not_uniform(model);
 }
 
-Ground ground_of(const mjModel& model) {
-  Ground ground;
-  for (std::size_t limb = 0; limb < Ground::kLimbs; ++limb) {
-    const int pair = static_cast<int>(limb);
-    const double friction = mujoco::at(model.pair_friction, pair, 5)[0];
-    const int body = model.geom_bodyid[model.pair_geom2[pair]];
+ModelValues<double> values_of(const mjModel& model) {
+  ModelValues<double> values{};
+  values.gravity = model.opt.gravity[2];
+  values.damping = model.dof_damping[mujoco::kBaseJoints];
+  values.mean_inertia = model.stat.meaninertia;
+  std::copy_n(&model.dof_invweight0[mujoco::kBaseJoints], World::kMotors, values.limit_weight);
+  std::array<double, ModelValues<double>::kLimbs + 1> subtree_mass{};
+  for (int body = model.nbody - 1; body > 0; --body) {
+    // mj_comPos sums the masses from the last body to the first.
+    const int limb = body - 1;
+    subtree_mass[body] += model.body_mass[body];
+    subtree_mass[model.body_parentid[body]] += subtree_mass[body];
+    values.mass[limb] = model.body_mass[body];
+    values.inverse_subtree_mass[limb] = 1 / subtree_mass[body];
+    std::copy_n(mujoco::at(model.body_inertia, body, 3), 3, values.inertia[limb]);
+    const double friction = std::max(mjMINMU, mujoco::at(model.pair_friction, limb, 5)[0]);
     // mj_makeConstraint adds the weights of both bodies, in their order.
     const double weight =
         mujoco::at(model.body_invweight0, 0, 2)[0] + mujoco::at(model.body_invweight0, body, 2)[0];
-    ground.friction[limb] = friction;
-    ground.diagonal[limb] = weight + friction * friction * weight;
+    values.friction[limb] = friction;
+    values.diagonal[limb] = weight + friction * friction * weight;
   }
-  return ground;
+  return values;
 }
 
 void (*sine_and_cosine_of)(double, double*, double*) = call_sin_and_cos;

@@ -55,6 +55,39 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
                          testing::Combine(testing::ValuesIn(kModes), testing::Bool(),
                                           testing::Bool()));
 
+/// Mode and hardcore.
+class KernelWorldsTest : public testing::TestWithParam<std::tuple<std::string, bool>> {};
+
+TEST_P(KernelWorldsTest, RandomWorldsBesidePlainOnesHaveBox2dsBits) {
+  RunOptions options;
+  std::tie(options.mode, options.hardcore) = GetParam();
+  options.random_worlds = true;
+  options.steps = steps_of_each();
+  const std::vector<const Kernel*> all = kernels();
+  const Report report = run(all, options);
+  std::cout << report.steps << " steps each, " << report.resets << " resets, up to "
+            << report.most_contacts << " contacts, " << report.failures << " assertions\n";
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Tally& tally = report.tallies[i];
+    EXPECT_EQ(tally.different, 0) << all[i]->instruction_set << " " << tally.first_different;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, KernelWorldsTest,
+                         testing::Combine(testing::ValuesIn(kModes), testing::Bool()));
+
+TEST(KernelGroupTest, AnyNumberOfRandomWorlds) {
+  for (std::size_t worlds = 1; worlds <= kMaxGroupSize; worlds += worlds < 18 ? 1 : 7) {
+    RunOptions options;
+    options.mode = "saturated";
+    options.random_worlds = true;
+    options.worlds = worlds;
+    options.steps = static_cast<long>(40 * worlds);
+    const Report report = run(kernels(), options);
+    for (const Tally& tally : report.tallies) EXPECT_EQ(tally.different, 0) << worlds << " worlds";
+  }
+}
+
 const Kernel& original() { return *kernels().front(); }
 
 Report run_altered(decltype(Kernel::solve) solve, decltype(Kernel::solve_toi) solve_toi,

@@ -15,6 +15,7 @@
 #include "base/random.h"
 #include "robots/bipedal_walker/heuristic.h"
 #include "robots/bipedal_walker/observation.h"
+#include "robots/bipedal_walker/random_world.h"
 #include "robots/bipedal_walker/twin.h"
 
 namespace walker::bipedal_walker {
@@ -27,6 +28,7 @@ namespace walker::bipedal_walker {
 ///   rest       no action for 100 to 900 steps: the walker falls, lies and sleeps
 ///   thrown     one step in 20, a body gets a random velocity, up to 300 m/s and 300 rad/s
 ///   far        one step in 20, a body moves by up to 3 m and gets an angle of up to 40 rad
+/// Of random worlds, every other one is plain.
 inline const std::vector<std::string> kModes{"random", "saturated", "heuristic", "endless",
                                              "rest",   "thrown",    "far"};
 
@@ -34,6 +36,7 @@ struct RunOptions {
   std::string mode = "random";
   bool hardcore = false;
   bool reuse_world = false;
+  bool random_worlds = false;
   long steps = 2500;  ///< minimum, summed over the worlds
   std::size_t worlds = 64;
 };
@@ -77,15 +80,18 @@ class World {
   }
 
   void begin() {
-    const Terrain terrain = generate_terrain(generator_, options_.hardcore);
-    const double push = generator_.uniform(-kInitialPush, kInitialPush);
+    WorldSettings world;
+    if (options_.random_worlds && random_() % 2 != 0)
+      world = settings_of(random_values(generator_));
+    const Terrain terrain = generate_terrain(generator_, options_.hardcore, world.level);
+    const double push = generator_.uniform(-world.initial_force, world.initial_force);
     for (std::optional<Physics>& side : sides_) {
       if (side && options_.reuse_world && !has_failed_) {
         side->destroy();
       } else {
         side.emplace();
       }
-      side->build(terrain, push);
+      side->build(terrain, push, world.dynamics);
     }
     has_failed_ = false;
     age_ = 0;

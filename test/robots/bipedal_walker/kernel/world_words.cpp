@@ -73,4 +73,13 @@ std::vector<std::uint32_t> words_of(Physics& physics) {
   return words.words;
 }
 
+std::array<float, kBodies> torques_on(Physics& physics) {
+  constexpr std::array<std::size_t, kBodies> kOrder{2, 3, 4, 1, 0};
+  std::array<float, kBodies> torques{};
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    torques[i] = physics.parts().bodies[kOrder[i]]->m_torque;
+  }
+  return torques;
+}
+
 }  // namespace walker::bipedal_walker

@@ -95,7 +95,7 @@ TEST(CoverageTest, AllowsAnyFrictionEqualAlongBothTangents) {
   mjtNum* const friction = &model->pair_friction[5 * kLimb];
   friction[0] = friction[1] = 0.3;
   EXPECT_EQ(unsupported_reason(*model), "");
-  EXPECT_EQ(ground_of(*model).friction[kLimb], 0.3);
+  EXPECT_EQ(values_of(*model).friction[kLimb], 0.3);
   friction[1] = 0.4;
   EXPECT_EQ(unsupported_reason(*model), "pair_friction");
 }

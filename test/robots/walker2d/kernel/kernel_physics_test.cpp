@@ -13,6 +13,7 @@
 #include "kernel_variable.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"
+#include "robots/mujoco/world_physics.h"
 #include "robots/walker2d/kernel/kernel.h"
 #include "saved_states.h"
 #include "walker_sim/agent.h"
@@ -48,10 +49,12 @@ void expect_same(Stepper& one, Stepper& other) {
 
 /// Compares an environment stepped by the kernel with one stepped by the library.
 template <typename Act>
-void compare(const char* id, const Parameters& parameters, int episodes, int steps,
-             const Act& act) {
+void compare(const char* id, const Parameters& parameters, int episodes, int steps, const Act& act,
+             const walker::World& world = {}) {
   Stepper one = make_by(nullptr, id, parameters);
   Stepper other = make_by("off", id, parameters);
+  one.environment->set_world(world);
+  other.environment->set_world(world);
   for (int episode = 0; episode < episodes; ++episode) {
     SCOPED_TRACE("episode " + std::to_string(episode));
     const std::optional<std::uint64_t> seed =
@@ -92,6 +95,15 @@ TEST_P(EnvironmentTest, SpecificationNamesTheStepper) {
 
 TEST_P(EnvironmentTest, RandomEpisodesAreTheSame) {
   compare(GetParam(), {}, 40, 1000, [&](const Stepper&) { return any_action(1); });
+}
+
+TEST_P(EnvironmentTest, EpisodesInAWorldAreTheSame) {
+  walker::World world{{"push_interval", {0.1, 0.3}}, {"joint_velocity_noise", {0.1, 0.1}}};
+  for (const WorldParameter& parameter : find_registration(GetParam()).world_parameters) {
+    world[parameter.name] = {parameter.minimum, parameter.maximum};
+  }
+  compare(
+      GetParam(), {}, 60, 1000, [&](const Stepper&) { return any_action(1); }, world);
 }
 
 TEST_P(EnvironmentTest, GaitEpisodesAreTheSame) {
@@ -139,9 +151,9 @@ class KernelPhysicsTest : public testing::Test {
   }
 
   /// @return message of the exception that both threw, or "nothing thrown"
-  std::string step(const State& control, int count = 4) {
+  std::string step(const State& control, const mujoco::TrunkForce& force = {}) {
     const auto words = [&](mujoco::Physics& physics) {
-      return message_of<std::runtime_error>([&] { physics.step(control.data(), count); });
+      return message_of<std::runtime_error>([&] { physics.step(control.data(), force, 4); });
     };
     const std::string message = words(*kernel_);
     EXPECT_EQ(message, words(*library_));
@@ -172,6 +184,50 @@ TEST_F(KernelPhysicsTest, KeepsNegativeZeros) {
 TEST_F(KernelPhysicsTest, KeepsDenormals) {
   reset(standing_, State(kSize, 5e-324));
   for (int i = 0; i < 100; ++i) step(State(kMotors, -1e-310));
+}
+
+/// A control beyond 1e10 leaves a step to the library.
+TEST_F(KernelPhysicsTest, PushesInStepsOfTheLibrary) {
+  reset(standing_, State(kSize, 0.1));
+  for (int i = 0; i < 20; ++i) {
+    step(State(kMotors, i % 2 == 0 ? 1e11 : 0.1), {i % 3 == 0 ? 300.0 : 0.0, i % 5 * 100.0});
+  }
+}
+
+/// The library makes the steps of a symmetric walker, whose velocities are zero.
+TEST_F(KernelPhysicsTest, PushesAWalkerAtRest) {
+  for (const mujoco::TrunkForce& force : {mujoco::TrunkForce{500, 0}, {0, 500}, {-1e9, 1e12}}) {
+    reset(standing_, State(kSize, 0));
+    std::string message = "nothing thrown";
+    for (int i = 0; i < 20 && message == "nothing thrown"; ++i) {
+      message = step(State(kMotors, 0), i == 5 ? force : mujoco::TrunkForce{});
+    }
+    EXPECT_EQ(message == "nothing thrown", force[1] < 1e3) << message;
+  }
+}
+
+/// Also from one world to another in the middle of an episode, as when a state is loaded.
+TEST_F(KernelPhysicsTest, StepsEveryWorldsModelAsTheLibrary) {
+  mujoco::WorldModels models(model_);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::mt19937_64 random(1);
+  for (const WorldValues& world : std::vector<WorldValues>{{{"gravity", 0}},
+                                                           {{"friction_scale", 0}},
+                                                           {{"mass_scale", 0.1}},
+                                                           {},
+                                                           {{"motor_strength", 2}},
+                                                           {{"joint_damping", 3}}}) {
+    const mujoco::ModelPointer model = models.model_of(mujoco::physics_of(world));
+    kernel_->set_model(model);
+    library_->set_model(model);
+    EXPECT_EQ(&kernel_->model(), model.get());
+    reset(standing_, State(kSize, 0.1));
+    for (int i = 0; i < 200; ++i) {
+      State control(kMotors);
+      for (double& value : control) value = unit(random);
+      step(control, {i % 10 == 0 ? 1000 * unit(random) : 0, 0});
+    }
+  }
 }
 
 /// MuJoCo clips large and infinite controls and warns of NaN. The next episode is unaffected.
@@ -234,11 +290,15 @@ TEST_F(KernelPhysicsTest, MeasuresAsTheLibrary) {
 TEST(KernelPhysicsGroupTest, StepsOtherKindsOfWorldsApart) {
   const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
   const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");
+  mujoco::WorldModels worlds(model);
   const auto make_by_each = [&] {
     std::vector<std::unique_ptr<mujoco::Physics>> all;
     for (const char* kernel : {"sse2", "off", kernels().front()->instruction_set}) {
       const KernelVariable variable(kernel);
-      all.push_back(make_kernel_physics(model));
+      for (const double mass_scale : {1.0, 1.0, 0.5, 2.0, 3.0}) {
+        all.push_back(make_kernel_physics(model));
+        all.back()->set_model(worlds.model_of(mujoco::physics_of({{"mass_scale", mass_scale}})));
+      }
       all.push_back(make_kernel_physics(other_model));
     }
     return all;
@@ -252,12 +312,16 @@ TEST(KernelPhysicsGroupTest, StepsOtherKindsOfWorldsApart) {
   const State control(kMotors, 0.7);
   std::vector<mujoco::PhysicsCall> calls(together.size());
   for (int step = 0; step < 100; ++step) {
-    for (std::size_t i = 0; i < calls.size(); ++i)
-      calls[i] = {together[i].get(), control.data(), {}};
+    const auto force_of = [step](std::size_t i) {
+      return mujoco::TrunkForce{(i + step) % 3 == 0 ? 200.0 : 0.0, 0};
+    };
+    for (std::size_t i = 0; i < calls.size(); ++i) {
+      calls[i] = {together[i].get(), control.data(), force_of(i), {}};
+    }
     together[step % calls.size()]->step_together(calls.data(), calls.size(), 4);
     for (std::size_t i = 0; i < calls.size(); ++i) {
       ASSERT_FALSE(calls[i].failure);
-      apart[i]->step(control.data(), 4);
+      apart[i]->step(control.data(), force_of(i), 4);
       for (int k = 0; k < kSize; ++k) {
         ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
       }

@@ -7,7 +7,10 @@
 #include <memory>
 #include <random>
 #include <sstream>
+#include <utility>
 
+#include "robots/mujoco/planar_model.h"
+#include "robots/mujoco/world_physics.h"
 #include "robots/walker2d/kernel/kernel_physics.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
@@ -121,6 +124,20 @@ const std::map<std::string, Mode>& all_modes() {
   return kModes;
 }
 
+/// Draws a world with some of the parameters; half of their values are limits.
+WorldValues draw_world(Random& random) {
+  static const std::vector<WorldParameter> kParameters =
+      find_registration("Walker2d-v5").world_parameters;
+  WorldValues values;
+  for (const WorldParameter& parameter : kParameters) {
+    if (random() % 3 == 0) continue;
+    const auto [low, high] = std::pair(parameter.minimum, parameter.maximum);
+    values[parameter.name] =
+        random() % 2 == 0 ? uniform(random, low, high) : (random() % 2 == 0 ? low : high);
+  }
+  return values;
+}
+
 bool has_warned(const mjData& data) {
   return std::any_of(std::begin(data.warning), std::end(data.warning),
                      [](const mjWarningStat& warning) { return warning.number > 0; });
@@ -139,13 +156,18 @@ struct Side {
 
 class Run {
  public:
-  Run(const std::vector<Contestant>& all, const std::string& xml_file, const Mode& mode)
-      : model_(mujoco::load_model(xml_file)), ground_(ground_of(*model_)), mode_(mode) {
+  Run(const std::vector<Contestant>& all, const std::string& xml_file, const Mode& mode,
+      Worlds worlds)
+      : models_(mujoco::load_model(xml_file)),
+        model_of_(kWorlds, models_.base()),
+        values_of_(kWorlds, values_of(*models_.base())),
+        mode_(mode),
+        worlds_(worlds) {
     for (const Contestant& contestant : all) {
       sides_.push_back(std::make_unique<Side>(contestant));
     }
     for (std::size_t i = 0; i < kWorlds; ++i) {
-      data_.push_back(mujoco::make_data(*model_));
+      data_.push_back(mujoco::make_data(*models_.base()));
       begin(i);
     }
   }
@@ -154,7 +176,7 @@ class Run {
     while (report_.steps < steps) {
       for (std::size_t i = 0; i < kWorlds; ++i) drive(i);
       for (const auto& side : sides_) {
-        side->contestant.step(side->pointers.data(), kWorlds, kFrames, ground_);
+        side->contestant.step(side->pointers.data(), kWorlds, kFrames);
       }
       for (std::size_t i = 0; i < kWorlds; ++i) step(i);
       report_.steps += kWorlds;
@@ -166,35 +188,46 @@ class Run {
  private:
   void begin(std::size_t i) {
     mjData& data = *data_[i];
-    mj_resetData(model_.get(), &data);
+    if (worlds_ == Worlds::altered) {
+      model_of_[i] = models_.model_of(mujoco::physics_of(draw_world(random_)));
+      values_of_[i] = values_of(*model_of_[i]);
+    }
+    mj_resetData(model_of_[i].get(), &data);
     mode_.begin(random_, data);
     for (const auto& side : sides_) {
       read_state(data, side->worlds[i]);
-      side->contestant.kernel->start(side->worlds[i], ground_);
+      side->worlds[i].values = &values_of_[i];
+      side->contestant.kernel->start(side->worlds[i]);
     }
-    mj_forward(model_.get(), &data);
+    mj_forward(model_of_[i].get(), &data);
     compare("start", i);
   }
 
   void drive(std::size_t i) {
     mjData& data = *data_[i];
     mode_.drive(random_, i, data);
+    const bool has_push = worlds_ == Worlds::altered && random_() % 4 == 0;
+    for (int k = 0; k < 2; ++k) data.qfrc_applied[k] = has_push ? uniform(random_, -2e4, 2e4) : 0;
     for (const auto& side : sides_) {
-      for (std::size_t motor = 0; motor < World::kMotors; ++motor) {
-        side->worlds[i].torque[motor] = 100 * std::clamp(data.ctrl[motor], -1.0, 1.0);
+      World& world = side->worlds[i];
+      std::copy_n(data.qfrc_applied, 2, world.push.begin());
+      for (int motor = 0; motor < static_cast<int>(World::kMotors); ++motor) {
+        const double gear = mujoco::at(model_of_[i]->actuator_gear, motor, 6)[0];
+        world.torque[motor] = gear * std::clamp(data.ctrl[motor], -1.0, 1.0);
       }
     }
   }
 
   void step(std::size_t i) {
     mjData& data = *data_[i];
+    const mjModel* const model = model_of_[i].get();
     for (int frame = 0; frame < kFrames; ++frame) {
-      mj_step(model_.get(), &data);
+      mj_step(model, &data);
       report_.most_contacts = std::max(report_.most_contacts, data.ncon);
     }
     // LibraryPhysics also checks after the last step.
-    mj_checkPos(model_.get(), &data);
-    mj_checkVel(model_.get(), &data);
+    mj_checkPos(model, &data);
+    mj_checkVel(model, &data);
     compare("step", i);
     report_.warnings += has_warned(data) ? 1 : 0;
     if (has_warned(data) || mode_.ends(random_, data)) begin(i);
@@ -229,9 +262,11 @@ class Run {
     return text.str();
   }
 
-  mujoco::ModelPointer model_;
-  Ground ground_;
+  mujoco::WorldModels models_;
+  std::vector<mujoco::ModelPointer> model_of_;  // per world
+  std::vector<ModelValues<double>> values_of_;  // per world
   const Mode& mode_;
+  Worlds worlds_;
   Random random_{11};
   std::vector<std::unique_ptr<Side>> sides_;
   std::vector<mujoco::DataPointer> data_;
@@ -260,8 +295,8 @@ const std::vector<std::string>& modes() {
 }
 
 Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
-           const std::string& mode, long steps) {
-  return Run(contestants, xml_file, all_modes().at(mode)).run(steps);
+           const std::string& mode, Worlds worlds, long steps) {
+  return Run(contestants, xml_file, all_modes().at(mode), worlds).run(steps);
 }
 
 }  // namespace walker::walker2d

@@ -44,10 +44,16 @@ struct Report {
   std::vector<Tally> tallies;
 };
 
+/// Physics of the worlds in a run.
+enum class Worlds {
+  plain,    ///< the model's
+  altered,  ///< drawn at each start, some at the parameters' limits; pushes in some steps
+};
+
 /// Steps 61 worlds by the library and by each contestant, four engine steps at a time, until each
 /// has made `steps` steps in total. A world that is flagged or differs continues from the library's
 /// state.
 Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
-           const std::string& mode, long steps);
+           const std::string& mode, Worlds worlds, long steps);
 
 }  // namespace walker::walker2d

@@ -1,0 +1,105 @@
+// What a world does to an episode beyond its robot's level and physics: pushes, and delays and
+// errors of actions and measurements.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "base/state_bytes.h"
+#include "robots/robot.h"
+#include "walker_sim/export.h"
+#include "walker_sim/world.h"
+
+namespace walker {
+
+/// A world that an environment can apply.
+class WALKER_SIM_EXPORT CheckedWorld {
+ public:
+  /// @param id of the environment
+  /// @throws std::invalid_argument as `check_world`
+  CheckedWorld(const std::string& id, World world);
+
+  const World& ranges() const { return ranges_; }
+
+  /// Draws the values of an episode. Each parameter has a generator of its own, `derive(episode,
+  /// name)`, so that a value depends neither on the others nor on the episode's generator. Numbers
+  /// draw nothing.
+  /// @param episode state of the episode's generator before the reset
+  WorldValues draw(const GeneratorState& episode) const;
+
+ private:
+  World ranges_;
+  std::vector<std::string> whole_;  // names of whole numbers
+};
+
+/// The effects of one episode. Its generators derive from the episode's as the values' do.
+class Effects {
+ public:
+  /// @param values of a world that the environment can apply
+  Effects(const WorldValues& values, const Specification& specification,
+          const GeneratorState& episode);
+
+  /// Whether any of the values is for this class.
+  static bool has_any(const WorldValues& values);
+
+  /// Sets action and push of a step: the action of `action_delay` before, plus an error.
+  /// @param step of the step to make, from 1
+  void begin_step(const double* action, std::uint32_t step, RobotStep& robot_step);
+
+  /// Writes the observation after a step or a reset: with errors, that of `observation_delay`
+  /// before, or the last one again.
+  /// @param step 0 after a reset
+  void observe(Robot& robot, std::uint32_t step, double* observation);
+
+  /// Measures as `observe` does. Delayed measurements are known from the first call on.
+  /// @return the step at which they were made; later than `observed_step` if those of that step are
+  ///         not known
+  std::uint32_t measure(Robot& robot, Sensors& sensors);
+
+  /// The step at which the present observation was measured.
+  std::uint32_t observed_step() const { return observed_step_; }
+
+  void save(StateWriter& writer) const;
+  /// @throws std::invalid_argument if the state is damaged
+  void load(StateReader& reader);
+
+ private:
+  /// Measurements and their step.
+  struct Measured {
+    std::uint32_t step;
+    Sensors sensors;
+  };
+
+  void draw_noise();
+  void sense(Robot& robot, Sensors& sensors) const;
+  void remember_sensors(Robot& robot);
+  bool is_delayed() const { return observation_delay_ != 0 || dropout_ > 0; }
+
+  std::uint32_t push_period_ = 0;  // steps; 0: no pushes
+  double push_impulse_ = 0;        // [N s]
+  std::uint32_t action_delay_;     // steps
+  double action_noise_;
+  std::uint32_t observation_delay_;  // steps
+  double dropout_;
+  // Standard deviations.
+  double joint_position_noise_, joint_velocity_noise_, orientation_noise_, angular_velocity_noise_,
+      linear_velocity_noise_, range_noise_;
+  bool has_noise_;
+
+  Generator push_generator_, action_generator_, sensing_generator_;
+  std::uint32_t step_ = 0;
+  std::uint32_t observed_step_ = 0;
+  SensorNoise noise_;                             // of the present state
+  std::vector<double> action_;                    // as it acts
+  std::deque<std::vector<double>> actions_;       // to act in later steps
+  std::deque<std::vector<double>> observations_;  // of the last steps, the present one last
+  std::vector<double> observed_;                  // the last one that was delivered
+  std::deque<Measured> measured_;                 // empty: nobody has asked
+  std::vector<double> normals_;                   // reused
+};
+
+}  // namespace walker

@@ -1,0 +1,228 @@
+#include "walker_sim/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "base/parameter_text.h"
+#include "base/posix.h"
+#include "base/printable_text.h"
+#include "episode/builtin_worlds.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr const char* kSpace = " \t\r";
+
+/// Parameters of disturbance, actuation and sensing, which all robots have.
+std::vector<WorldParameter> common_parameters(const Registration& registration) {
+  constexpr double kMaxPushes = 20;  // in defaults
+  const double push = registration.push_impulse;
+  const auto noise = [](const char* quantity, const char* of, const char* unit, double maximum) {
+    return WorldParameter{std::string(quantity) + "_noise",
+                          unit,
+                          "Standard deviation of the error of " + std::string(of) + ".",
+                          0,
+                          0,
+                          maximum};
+  };
+  return {
+      {"push_interval", "s", "Time from one push on the trunk to the next, in whole steps.",
+       kNothing, 1e-3, 1000},
+      {"push_impulse", "N s", "Impulse of a push; its direction is drawn.", push, 0,
+       kMaxPushes * push},
+      {"action_delay", "s",
+       "Time until an action acts, in whole steps; until the first one acts, zeros do.", 0, 0, 1},
+      {"action_noise", "", "Standard deviation of the error of each action.", 0, 0, 10},
+      {"observation_delay", "s", "Time until a state is observed, in whole steps.", 0, 0, 1},
+      {"dropout", "", "Probability that a step repeats the last observation.", 0, 0, 1},
+      noise("joint_position", "each measured joint angle", "rad", 10),
+      noise("joint_velocity", "each measured joint speed", "rad/s", 100),
+      noise("orientation", "the trunk's measured pitch", "rad", 3),
+      noise("angular_velocity", "the trunk's measured turning speed", "rad/s", 100),
+      noise("linear_velocity", "each component of the trunk's measured velocity", "m/s", 100)};
+}
+
+std::string number_text(double value) { return to_string(ParameterValue(value)); }
+
+std::string text_of(const WorldRange& range) {
+  const bool is_nan = std::isnan(range.low) && std::isnan(range.high);  // unequal to itself
+  if (range.is_number() || is_nan) return number_text(range.low);
+  return "[" + number_text(range.low) + ", " + number_text(range.high) + "]";
+}
+
+[[noreturn]] void refuse(const std::string& name, const WorldRange& range,
+                         const std::string& allowed) {
+  throw std::invalid_argument("world parameter " + name + " = " + text_of(range) + ": " + allowed);
+}
+
+/// Refuses a name that this environment does not have.
+[[noreturn]] void refuse_name(const std::string& id, const std::string& name,
+                              const WorldRange& range) {
+  const auto has_name = [&name](const WorldParameter& known) { return known.name == name; };
+  for (const Registration& other : registrations()) {
+    const std::vector<WorldParameter> theirs = world_parameters(other.id);
+    if (std::any_of(theirs.begin(), theirs.end(), has_name)) {
+      refuse(name, range, "cannot be applied by " + id + "; " + other.id + " has it");
+    }
+  }
+  std::vector<std::string> known;
+  for (const WorldParameter& parameter : world_parameters(id)) known.push_back(parameter.name);
+  refuse_unknown("world parameter " + name + " = " + text_of(range), name, known);
+}
+
+void check_range(const WorldParameter& parameter, const WorldRange& range) {
+  const auto& [low, high] = range;
+  const std::string bounds = "[" + number_text(parameter.minimum) + ", " +
+                             number_text(parameter.maximum) + "]" +
+                             (parameter.unit.empty() ? "" : " " + parameter.unit);
+  if (!std::isfinite(low) || !std::isfinite(high)) {
+    refuse(parameter.name, range, "must be finite, in " + bounds);
+  }
+  if (low > high) {
+    refuse(parameter.name, range, "must be a number, or a range [low, high] with low <= high");
+  }
+  if (low < parameter.minimum || high > parameter.maximum) {
+    refuse(parameter.name, range, "must be in " + bounds);
+  }
+  if (parameter.is_whole && (std::trunc(low) != low || std::trunc(high) != high)) {
+    refuse(parameter.name, range, "must be a whole number, or a range of whole numbers");
+  }
+}
+
+std::string trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(kSpace);
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
+}
+
+/// Splits {A: 1, B: [2, 3]} into its entries, and any other text into its lines without comments.
+std::vector<std::string> entries_of(const std::string& text) {
+  std::vector<std::string> entries;
+  const std::string whole = trimmed(text);
+  if (whole.size() > 1 && whole.front() == '{' && whole.back() == '}') {
+    std::string entry;
+    int depth = 0;
+    for (const char letter : whole.substr(1, whole.size() - 2)) {
+      depth += (letter == '[' ? 1 : 0) - (letter == ']' ? 1 : 0);
+      if (letter == ',' && depth == 0) {
+        entries.push_back(std::exchange(entry, ""));
+      } else {
+        entry += letter;
+      }
+    }
+    entries.push_back(entry);
+    if (trimmed(entries.back()).empty()) entries.pop_back();
+    return entries;
+  }
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    line = trimmed(line.substr(0, line.find('#')));
+    if (!line.empty() && line != "---" && line != "{}") entries.push_back(line);
+  }
+  return entries;
+}
+
+/// @return whether the text is a number, or two in brackets
+bool read_range(const std::string& text, WorldRange& range) {
+  if (const auto number = parse_number(text)) {
+    range = {*number, *number};
+    return true;
+  }
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos || text.front() != '[' || text.back() != ']') return false;
+  const auto low = parse_number(trimmed(text.substr(1, comma - 1)));
+  const auto high = parse_number(trimmed(text.substr(comma + 1, text.size() - comma - 2)));
+  if (!low || !high) return false;
+  range = {*low, *high};
+  return true;
+}
+
+}  // namespace
+
+std::vector<WorldParameter> world_parameters(const std::string& id) {
+  const Registration& registration = find_registration(id);
+  std::vector<WorldParameter> parameters = registration.world_parameters;
+  const std::vector<WorldParameter> common = common_parameters(registration);
+  parameters.insert(parameters.end(), common.begin(), common.end());
+  return parameters;
+}
+
+void check_world(const std::string& id, const World& world) {
+  if (world.empty()) return;
+  const std::vector<WorldParameter> parameters = world_parameters(id);
+  for (const auto& [name, range] : world) {
+    const auto found =
+        std::find_if(parameters.begin(), parameters.end(),
+                     [&name = name](const auto& known) { return known.name == name; });
+    if (found == parameters.end()) refuse_name(id, name, range);
+    check_range(*found, range);
+  }
+  const auto impulse = world.find("push_impulse");
+  if (impulse != world.end() && world.count("push_interval") == 0) {
+    refuse(impulse->first, impulse->second, "has no effect without push_interval");
+  }
+  const Registration& registration = find_registration(id);
+  if (registration.check_world) registration.check_world(world);
+}
+
+std::vector<std::string> world_presets() {
+  std::vector<std::string> names;
+  for (const auto& preset : builtin_worlds()) names.push_back(preset.first);
+  return names;
+}
+
+World load_world(const std::string& preset_or_file) {
+  const auto preset = builtin_worlds().find(preset_or_file);
+  if (preset != builtin_worlds().end())
+    return parse_world(preset->second, "preset " + preset->first);
+  if (!preset_or_file.empty() && preset_or_file.front() == '{') {
+    return parse_world(preset_or_file, printable(preset_or_file));
+  }
+  const std::string path = expand_home(preset_or_file);
+  std::ifstream file(path);
+  constexpr std::size_t kMaxBytes = 1U << 16U;
+  std::string text(kMaxBytes, '\0');
+  file.read(text.data(), kMaxBytes);
+  if (!file.is_open() || file.bad() || file.gcount() == 0) {
+    refuse_unknown("world " + preset_or_file + ", neither a preset nor a readable YAML file",
+                   preset_or_file, world_presets());
+  }
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return parse_world(text, printable(preset_or_file));
+}
+
+World parse_world(const std::string& text, const std::string& source) {
+  World world;
+  for (const std::string& entry : entries_of(text)) {
+    const std::size_t colon = entry.find(':');
+    const std::string name = trimmed(entry.substr(0, colon));
+    WorldRange range;
+    if (colon == std::string::npos || name.empty() ||
+        !read_range(trimmed(entry.substr(colon + 1)), range)) {
+      throw std::invalid_argument("world " + source + ": " + printable(trimmed(entry)) +
+                                  ": must be NAME: NUMBER or NAME: [LOW, HIGH]");
+    }
+    if (!world.emplace(name, range).second) {
+      throw std::invalid_argument("world " + source + ": " + printable(name) + " is given twice");
+    }
+  }
+  return world;
+}
+
+std::string to_string(const World& world) {
+  std::string text = "{";
+  for (const auto& [name, range] : world) {
+    text += (text.size() > 1 ? ", " : "") + name + ": " + text_of(range);
+  }
+  return text + "}";
+}
+
+}  // namespace walker

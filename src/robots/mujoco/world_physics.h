@@ -1,0 +1,69 @@
+// Physics of worlds: the parameters of planar robots, and models with their values.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "robots/mujoco/engine.h"
+#include "robots/mujoco/model_pool.h"
+#include "walker_sim/world.h"
+
+namespace walker::mujoco {
+
+/// A robot's damping in Gymnasium and the most with which its simulation is stable [N m s].
+struct DampingLimits {
+  double default_value;
+  double maximum;
+};
+
+/// Returns the world's parameters of physics.
+std::vector<WorldParameter> physics_parameters(const DampingLimits& damping);
+
+/// Values of a world's parameters of physics, named as these.
+struct WorldPhysics {
+  std::optional<double> gravity;        ///< empty: the model's own
+  std::optional<double> joint_damping;  ///< empty: the model's own
+  double friction_scale = 1;
+  double motor_strength = 1;
+  double mass_scale = 1;
+
+  friend bool operator==(const WorldPhysics& a, const WorldPhysics& b);
+};
+
+/// @param values other names are ignored
+WorldPhysics physics_of(const WorldValues& values);
+
+class MassComputation;
+
+/// Makes the models of one robot's worlds. It keeps the last one, because most episodes have the
+/// physics of the one before.
+class WorldModels {
+ public:
+  /// @param base the empty world's model, from `load_planar_model`
+  explicit WorldModels(ModelPointer base);
+
+  const ModelPointer& base() const { return base_; }
+
+  /// Returns a model with these values, or the base model if they are its own:
+  ///
+  ///   gravity         opt.gravity[2]
+  ///   friction_scale  times geom_friction and pair_friction
+  ///   motor_strength  times actuator_gear
+  ///   mass_scale      times body_mass and body_inertia; armatures stay. mj_setConst computes what
+  ///                   depends on the masses.
+  ///   joint_damping   dof_damping of the limbs' hinges
+  ///
+  /// The model shares its other arrays with the base model: it takes a few kB instead of 300, but
+  /// MuJoCo must not write, copy or save it.
+  /// @throws std::runtime_error if MuJoCo's memory fails
+  ModelPointer model_of(const WorldPhysics& physics);
+
+ private:
+  ModelPointer base_;
+  std::shared_ptr<ModelPool<MassComputation>> mass_computations_;
+  WorldPhysics last_physics_;
+  ModelPointer last_model_;
+};
+
+}  // namespace walker::mujoco

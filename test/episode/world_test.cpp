@@ -1,0 +1,163 @@
+#include "walker_sim/world.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "episode/effects.h"
+#include "error_message.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+const std::string kId = "BipedalWalker-v3";
+
+std::string refusal(const std::string& id, const World& world) {
+  return message_of<std::invalid_argument>([&] { check_world(id, world); });
+}
+
+TEST(World, ParsesLinesAndBraces) {
+  const World expected{{"gravity", {-5, -5}}, {"push_interval", {1, 2.5}}};
+  EXPECT_EQ(parse_world("# comment\ngravity: -5 # more\n\npush_interval: [1, 2.5]\n", "x"),
+            expected);
+  EXPECT_EQ(parse_world("{gravity: -5, push_interval: [1, 2.5]}", "x"), expected);
+  EXPECT_EQ(load_world("{ gravity: -5.0, push_interval: [1,2.5] }"), expected);
+  EXPECT_EQ(parse_world(to_string(expected), "x"), expected);
+  EXPECT_EQ(to_string(expected), "{gravity: -5.0, push_interval: [1.0, 2.5]}");
+  EXPECT_EQ(parse_world("{}", "x"), World{});
+  EXPECT_EQ(parse_world("---\r\ngravity: 1\r\n", "x"), (World{{"gravity", {1, 1}}}));
+}
+
+TEST(World, NamesWhatItCannotParse) {
+  const auto message = [](const std::string& text) {
+    return message_of<std::invalid_argument>([&] { parse_world(text, "w.yaml"); });
+  };
+  const std::string allowed = ": must be NAME: NUMBER or NAME: [LOW, HIGH]";
+  for (const std::string line : {"gravity", "gravity: low", "gravity: [1]", "gravity: [1, 2, 3]",
+                                 "gravity: [1, x]", ": 1", "gravity:", "gravity: 1 2"}) {
+    EXPECT_EQ(message(line), "world w.yaml: " + line + allowed);
+  }
+  EXPECT_EQ(message("a: 1\na: 2"), "world w.yaml: a is given twice");
+  EXPECT_EQ(
+      message_of<std::invalid_argument>([] { load_world("mon"); }).substr(0, 87),
+      "world mon, neither a preset nor a readable YAML file: unknown; did you mean moon? Known");
+}
+
+TEST(World, HasPresetsThatSomeEnvironmentApplies) {
+  const std::vector<std::string> presets = world_presets();
+  EXPECT_GE(presets.size(), 12U);
+  for (const std::string& preset : presets) {
+    const World world = load_world(preset);
+    EXPECT_EQ(world.empty(), preset == "gymnasium") << preset;
+    EXPECT_EQ(refusal(kId, world), "nothing thrown") << preset;
+  }
+  for (const std::string preset : {"slippery", "moon", "pushed", "laggy", "noisy"}) {
+    for (const std::string id : {"Walker2d-v4", "Walker2d-v5", "Hopper-v5"}) {
+      EXPECT_EQ(refusal(id, load_world(preset)), "nothing thrown") << preset << " in " << id;
+    }
+  }
+}
+
+TEST(World, RefusesByName) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refusal(kId, {{"gravitty", {1, 1}}}).substr(0, 67),
+            "world parameter gravitty = 1.0: unknown; did you mean gravity? Know");
+  EXPECT_EQ(refusal("Walker2d-v5", {{"stump_height", {0.5, 1}}}),
+            "world parameter stump_height = [0.5, 1.0]: cannot be applied by Walker2d-v5; "
+            "BipedalWalker-v3 has it");
+  EXPECT_EQ(refusal(kId, {{"dropout", {0.5, 0.25}}}),
+            "world parameter dropout = [0.5, 0.25]: must be a number, or a range [low, high] with "
+            "low <= high");
+  EXPECT_EQ(refusal(kId, {{"dropout", {0.5, 1.5}}}),
+            "world parameter dropout = [0.5, 1.5]: must be in [0.0, 1.0]");
+  EXPECT_EQ(refusal(kId, {{"action_delay", {kNan, kNan}}}),
+            "world parameter action_delay = .nan: must be finite, in [0.0, 1.0] s");
+  EXPECT_EQ(
+      refusal(kId, {{"stair_steps", {1.5, 1.5}}}),
+      "world parameter stair_steps = 1.5: must be a whole number, or a range of whole numbers");
+  EXPECT_EQ(refusal(kId, {{"push_impulse", {1, 1}}}),
+            "world parameter push_impulse = 1.0: has no effect without push_interval");
+}
+
+TEST(World, HasLimitsAroundItsDefaults) {
+  for (const Registration& registration : registrations()) {
+    for (const WorldParameter& parameter : world_parameters(registration.id)) {
+      SCOPED_TRACE(registration.id + " " + parameter.name);
+      EXPECT_LT(parameter.minimum, parameter.maximum);
+      EXPECT_FALSE(parameter.description.empty());
+      if (std::isnan(parameter.default_value)) continue;
+      EXPECT_LE(parameter.minimum, parameter.default_value);
+      EXPECT_LE(parameter.default_value, parameter.maximum);
+    }
+  }
+}
+
+TEST(World, DrawsByNumpysGenerators) {
+  // numpy.random.default_rng(words) with the words of `derive`.
+  EXPECT_EQ(derive(Generator(7).state(), "gravity").random(), 0x1.1666c5fe5b080p-6);
+  EXPECT_EQ(Generator(std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6}).random(), 0x1.3e5d36f6dc4cap-1);
+}
+
+TEST(World, DrawsEachParameterByItself) {
+  const GeneratorState state = Generator(3).state();
+  const WorldValues one = CheckedWorld(kId, {{"gravity", {-12, -8}}}).draw(state);
+  const WorldValues both =
+      CheckedWorld(kId,
+                   {{"dropout", {0.5, 0.5}}, {"gravity", {-12, -8}}, {"mass_scale", {0.9, 1.1}}})
+          .draw(state);
+  EXPECT_EQ(one.size(), 1U);
+  EXPECT_EQ(both.size(), 3U);
+  EXPECT_EQ(both.at("gravity"), one.at("gravity"));
+  EXPECT_EQ(both.at("dropout"), 0.5);
+  EXPECT_NE(CheckedWorld(kId, {{"gravity", {-12, -8}}}).draw(Generator(4).state()), one);
+}
+
+TEST(World, DrawsUniformly) {
+  constexpr int kDraws = 20000;
+  const CheckedWorld world(kId, {{"gravity", {-12, -8}}, {"stair_steps", {2, 4}}});
+  double sum = 0;
+  double sum_of_squares = 0;
+  std::vector<int> counts(3);
+  for (int i = 0; i < kDraws; ++i) {
+    const WorldValues values = world.draw(Generator(static_cast<std::uint64_t>(i)).state());
+    const double unit = (values.at("gravity") + 12) / 4;
+    ASSERT_GE(unit, 0);
+    ASSERT_LT(unit, 1);
+    sum += unit;
+    sum_of_squares += unit * unit;
+    ++counts.at(static_cast<std::size_t>(values.at("stair_steps") - 2));
+  }
+  EXPECT_NEAR(sum / kDraws, 0.5, 5 * std::sqrt(1.0 / 12 / kDraws));
+  EXPECT_NEAR(sum_of_squares / kDraws, 1.0 / 3, 5 * std::sqrt(4.0 / 45 / kDraws));
+  for (const int count : counts) EXPECT_NEAR(count, kDraws / 3.0, 5 * std::sqrt(kDraws * 2.0 / 9));
+}
+
+TEST(World, DrawsNormalNumbers) {
+  constexpr std::size_t kDraws = 100001;
+  std::vector<double> values(kDraws);
+  Generator(1).normals(values.data(), kDraws);
+  double sum = 0;
+  double sum_of_squares = 0;
+  double sum_of_cubes = 0;
+  std::size_t beyond_two = 0;
+  for (const double value : values) {
+    sum += value;
+    sum_of_squares += value * value;
+    sum_of_cubes += value * value * value;
+    if (std::abs(value) > 2) ++beyond_two;
+  }
+  const double root = std::sqrt(static_cast<double>(kDraws));
+  EXPECT_NEAR(sum / kDraws, 0, 5 / root);
+  EXPECT_NEAR(sum_of_squares / kDraws, 1, 5 * std::sqrt(2.0) / root);
+  EXPECT_NEAR(sum_of_cubes / kDraws, 0, 5 * std::sqrt(15.0) / root);
+  const double share = std::erfc(std::sqrt(2.0));
+  EXPECT_NEAR(static_cast<double>(beyond_two) / kDraws, share, 5 * std::sqrt(share) / root);
+}
+
+}  // namespace
+}  // namespace walker

@@ -1,0 +1,85 @@
+// Random worlds, and robots in them.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "robots/bipedal_walker/observation.h"
+#include "robots/bipedal_walker/world_settings.h"
+#include "robots/robot.h"
+#include "walker_sim/parameters.h"
+#include "walker_sim/registry.h"
+
+namespace walker::bipedal_walker {
+
+inline World numbers(const WorldValues& values) {
+  World world;
+  for (const auto& [name, value] : values) world[name] = {value, value};
+  return world;
+}
+
+/// Draws values within the limits of a third of the parameters.
+inline WorldValues random_values(Generator& generator, bool hardcore = false) {
+  for (;;) {
+    WorldValues values;
+    for (const WorldParameter& parameter : world_parameters(hardcore)) {
+      if (generator.integers(0, 3) != 0) continue;
+      const double value = generator.uniform(parameter.minimum, parameter.maximum);
+      values[parameter.name] = parameter.is_whole ? std::round(value) : value;
+    }
+    try {
+      check_world(numbers(values), hardcore);
+      return values;
+    } catch (const std::invalid_argument&) {  // a contradiction
+    }
+  }
+}
+
+inline std::unique_ptr<Robot> make_robot(const std::string& id, const Parameters& given = {}) {
+  return find_registration(id).create(id, complete_parameters(parameter_descriptions(id), given));
+}
+
+/// A robot with its generator and the results of its last reset or step.
+struct Player {
+  explicit Player(const WorldValues& values, std::uint64_t seed,
+                  const std::string& id = "BipedalWalker-v3")
+      : robot(make_robot(id)), generator(seed) {
+    robot->set_world(values);
+    reset();
+  }
+
+  void reset() {
+    robot->reset(generator, nullptr);
+    observe();
+  }
+
+  /// @param push forward, up [N s]
+  void step(const std::vector<double>& action, const std::array<double, 2>& push = {}) {
+    result = {};
+    result.robot = robot.get();
+    result.action = action.data();
+    result.push = push;
+    robot->step(result);
+    observe();
+  }
+
+  void observe() {
+    observation.resize(robot->specification().observation_size());
+    robot->observe(observation.data());
+    robot->sense(sensors);
+  }
+
+  std::unique_ptr<Robot> robot;
+  Generator generator;
+  RobotStep result;
+  std::vector<double> observation;
+  Sensors sensors;
+};
+
+}  // namespace walker::bipedal_walker

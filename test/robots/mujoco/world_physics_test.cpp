@@ -1,0 +1,206 @@
+// Models of worlds: which numbers they have, and that these are the compiler's.
+#include "robots/mujoco/world_physics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "bits.h"
+#include "robots/mujoco/model.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/other_walker.h"
+#include "robots/mujoco/physics.h"
+#include "robots/mujoco/planar_model.h"
+#include "walker_sim/registry.h"
+
+namespace walker::mujoco {
+namespace {
+
+const char* const kBuiltin[] = {"walker2d_v4.xml", "walker2d_v5.xml", "hopper_v4.xml",
+                                "hopper_v5.xml"};
+
+ModelPointer model_of(const std::string& xml_file, const WorldValues& world) {
+  return WorldModels(load_model(xml_file)).model_of(physics_of(world));
+}
+
+using Numbers = std::vector<double>;
+
+Numbers scaled(const mjtNum* numbers, int size, double factor) {
+  Numbers result(numbers, numbers + size);
+  for (double& number : result) number *= factor;
+  return result;
+}
+
+/// Everything that mj_step reads and a world may change.
+std::vector<std::pair<std::string, Numbers>> values_in(const mjModel& m) {
+  const auto all = [](const mjtNum* numbers, int size) { return scaled(numbers, size, 1); };
+  return {{"gravity", all(m.opt.gravity, 3)},
+          {"meaninertia", {m.stat.meaninertia}},
+          {"qpos0", all(m.qpos0, m.nq)},
+          {"body_mass", all(m.body_mass, m.nbody)},
+          {"body_inertia", all(m.body_inertia, 3 * m.nbody)},
+          {"body_subtreemass", all(m.body_subtreemass, m.nbody)},
+          {"body_invweight0", all(m.body_invweight0, 2 * m.nbody)},
+          {"dof_invweight0", all(m.dof_invweight0, m.nv)},
+          {"dof_M0", all(m.dof_M0, m.nv)},
+          {"dof_damping", all(m.dof_damping, m.nv)},
+          {"dof_armature", all(m.dof_armature, m.nv)},
+          {"tendon_invweight0", all(m.tendon_invweight0, m.ntendon)},
+          {"geom_friction", all(m.geom_friction, 3 * m.ngeom)},
+          {"pair_friction", all(m.pair_friction, 5 * m.npair)},
+          {"actuator_gear", all(m.actuator_gear, 6 * m.nu)}};
+}
+
+void expect_same_values(const mjModel& actual, const mjModel& expected) {
+  const auto expected_values = values_in(expected);
+  std::size_t i = 0;
+  for (const auto& [name, numbers] : values_in(actual)) {
+    EXPECT_EQ(to_bits(numbers), to_bits(expected_values[i++].second)) << name;
+  }
+}
+
+TEST(WorldPhysicsTest, ParametersAreListed) {
+  for (const char* id : {"Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"}) {
+    const Registration& registration = find_registration(id);
+    const ModelPointer model = load_model(std::string(id[0] == 'W' ? "walker2d_" : "hopper_") +
+                                          &id[std::strlen(id) - 2] + ".xml");
+    double mass = 0;
+    for (int body = 0; body < model->nbody; ++body) mass += model->body_mass[body];
+    EXPECT_NEAR(registration.push_impulse / mass, 0.5, 0.02) << id << ": " << mass << " kg";
+    std::vector<std::string> names;
+    WorldValues defaults;
+    for (const WorldParameter& parameter : registration.world_parameters) {
+      names.push_back(parameter.name);
+      defaults[parameter.name] = parameter.default_value;
+      EXPECT_LE(parameter.minimum, parameter.default_value);
+      EXPECT_LE(parameter.default_value, parameter.maximum);
+      EXPECT_FALSE(parameter.is_whole);
+    }
+    EXPECT_EQ(names, (std::vector<std::string>{"gravity", "friction_scale", "motor_strength",
+                                               "mass_scale", "joint_damping"}));
+    EXPECT_EQ(WorldModels(model).model_of(physics_of(defaults)), model)
+        << id << ": the defaults are the model's own";
+  }
+}
+
+TEST(WorldPhysicsTest, WorldsWithoutPhysicsShareTheModel) {
+  const ModelPointer model = load_model("walker2d_v5.xml");
+  WorldModels models(model);
+  EXPECT_EQ(models.model_of({}), model);
+  EXPECT_EQ(models.model_of(physics_of({{"push_interval", 1}, {"joint_position_noise", 1}})),
+            model);
+  const WorldPhysics moon = physics_of({{"gravity", -1.62}});
+  const ModelPointer on_moon = models.model_of(moon);
+  EXPECT_NE(on_moon, model);
+  EXPECT_EQ(models.model_of(moon), on_moon) << "the last one is kept";
+  EXPECT_EQ(models.model_of({}), model);
+  EXPECT_EQ(model->opt.gravity[2], -9.81);
+}
+
+/// mj_setConst gives the compiler's numbers, so that a mass_scale of 1 could use it as well.
+TEST(WorldPhysicsTest, SetConstChangesNoBit) {
+  for (const char* file : kBuiltin) {
+    const ModelPointer model = load_model(file);
+    const std::unique_ptr<mjModel, void (*)(mjModel*)> copy(mj_copyModel(nullptr, model.get()),
+                                                            mj_deleteModel);
+    const DataPointer data = make_data(*model);
+    mj_setConst(copy.get(), data.get());
+    expect_same_values(*copy, *model);
+    EXPECT_EQ(fingerprint(*copy), fingerprint(*model)) << file;
+  }
+}
+
+/// Each parameter changes what it names, and with the masses what depends on them.
+TEST(WorldPhysicsTest, EachParameterChangesItsFields) {
+  const Folder folder;
+  for (const std::string& file : {std::string("walker2d_v5.xml"), std::string("hopper_v4.xml"),
+                                  folder.write("other.xml", other_walker_text())}) {
+    const ModelPointer model = load_model(file);
+    const auto changed = [&](const WorldValues& world) {
+      const ModelPointer altered = model_of(file, world);
+      const auto before = values_in(*model);
+      std::vector<std::string> names;
+      std::size_t i = 0;
+      for (const auto& [name, numbers] : values_in(*altered)) {
+        if (to_bits(numbers) != to_bits(before[i++].second)) names.push_back(name);
+      }
+      return names;
+    };
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(changed({{"gravity", -5}}), Names{"gravity"});
+    EXPECT_EQ(changed({{"joint_damping", 3}}), Names{"dof_damping"});
+    EXPECT_EQ(changed({{"motor_strength", 2}}), Names{"actuator_gear"});
+    EXPECT_EQ(changed({{"friction_scale", 2}}), model->npair > 0
+                                                    ? (Names{"geom_friction", "pair_friction"})
+                                                    : Names{"geom_friction"});
+    EXPECT_EQ(changed({{"mass_scale", 2}}),
+              (Names{"meaninertia", "body_mass", "body_inertia", "body_subtreemass",
+                     "body_invweight0", "dof_invweight0", "dof_M0"}));
+    const ModelPointer altered = model_of(file, {{"gravity", -5},
+                                                 {"joint_damping", 3},
+                                                 {"motor_strength", 2.1},
+                                                 {"friction_scale", 0.7},
+                                                 {"mass_scale", 1.3}});
+    EXPECT_EQ(altered->opt.gravity[2], -5);
+    for (int dof = 0; dof < model->nv; ++dof) {
+      EXPECT_EQ(altered->dof_damping[dof], dof < kBaseJoints ? model->dof_damping[dof] : 3);
+    }
+    EXPECT_EQ(scaled(altered->actuator_gear, 6 * model->nu, 1),
+              scaled(model->actuator_gear, 6 * model->nu, 2.1));
+    EXPECT_EQ(scaled(altered->geom_friction, 3 * model->ngeom, 1),
+              scaled(model->geom_friction, 3 * model->ngeom, 0.7));
+    EXPECT_EQ(scaled(altered->pair_friction, 5 * model->npair, 1),
+              scaled(model->pair_friction, 5 * model->npair, 0.7));
+    EXPECT_EQ(scaled(altered->body_mass, model->nbody, 1),
+              scaled(model->body_mass, model->nbody, 1.3));
+    EXPECT_EQ(scaled(altered->body_inertia, 3 * model->nbody, 1),
+              scaled(model->body_inertia, 3 * model->nbody, 1.3));
+  }
+}
+
+/// The model of a world against MJCF with the same numbers. The factors are powers of two, with
+/// which the compiler's numbers are exact multiples.
+TEST(WorldPhysicsTest, HasTheCompilersNumbers) {
+  const Folder folder;
+  const std::string text = builtin_text("walker2d_v5.xml");
+  const struct {
+    WorldValues world;
+    std::string text;
+  } cases[] = {
+      {{{"gravity", -3.7}}, replaced(text, "timestep=", "gravity=\"0 0 -3.7\" timestep=")},
+      {{{"joint_damping", 0.75}}, replaced(text, "damping=\"0.1\"", "damping=\"0.75\"")},
+      {{{"motor_strength", 1.5}}, replaced(text, "gear=\"100\"", "gear=\"150\"")},
+      {{{"mass_scale", 4}}, replaced(text, "density=\"1000\"", "density=\"4000\"")},
+      {{{"mass_scale", 0.25}}, replaced(text, "density=\"1000\"", "density=\"250\"")},
+      {{{"friction_scale", 0.5}},
+       replaced(replaced(replaced(replaced(replaced(text, "\"0.9 0.1 0.1\"", "\"0.45 0.05 0.05\""),
+                                           "\"0.7 0.1 0.1\"", "\"0.35 0.05 0.05\""),
+                                  "\"1.9 0.1 0.1\"", "\"0.95 0.05 0.05\""),
+                         "\"0.9 0.9 0.1 0.1 0.1\"", "\"0.45 0.45 0.05 0.05 0.05\""),
+                "\"1.9 1.9 0.1 0.1 0.1\"", "\"0.95 0.95 0.05 0.05 0.05\"")},
+  };
+  for (const auto& [world, altered_text] : cases) {
+    SCOPED_TRACE(world.begin()->first);
+    const std::string file = folder.write(world.begin()->first + ".xml", altered_text);
+    expect_same_values(*model_of("walker2d_v5.xml", world), *load_model(file));
+  }
+}
+
+/// An MJCF file may fix the mean inertia, by which the solver scales its tolerance.
+TEST(WorldPhysicsTest, KeepsAFixedMeanInertia) {
+  const Folder folder;
+  const std::string text = replaced(builtin_text("hopper_v5.xml"), "<worldbody>",
+                                    "<statistic meaninertia=\"7\"/>\n<worldbody>");
+  const std::string file = folder.write("fixed.xml", text);
+  EXPECT_EQ(model_of(file, {{"mass_scale", 2}})->stat.meaninertia, 7);
+  const std::string heavy = folder.write(
+      "heavy.xml",
+      replaced(text, "<geom type=\"capsule\"", "<geom density=\"2000\" type=\"capsule\""));
+  expect_same_values(*model_of(file, {{"mass_scale", 2}}), *load_model(heavy));
+}
+
+}  // namespace
+}  // namespace walker::mujoco

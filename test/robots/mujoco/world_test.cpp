@@ -1,0 +1,480 @@
+// Walkers in worlds: physics, pushes, noise, saved states.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "bits.h"
+#include "kernel_variable.h"
+#include "observer.h"
+#include "robots/mujoco/model_file.h"
+#include "robots/mujoco/other_walker.h"
+#include "robots/mujoco/planar_model.h"
+#include "robots/mujoco/player.h"
+#include "robots/mujoco/world_robot.h"
+#include "robots/sensor_noise.h"
+
+namespace walker::mujoco {
+namespace {
+
+using Numbers = std::vector<double>;
+
+constexpr double kGravity = -9.81;
+const char* const kIds[] = {"Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"};
+
+/// A robot that shows all of its state, stepped by the kernel of this name.
+WorldRobot make_robot(const char* kernel, const std::string& id, const WorldValues& world = {},
+                      Parameters parameters = {}) {
+  const KernelVariable variable(kernel);
+  parameters["exclude_current_positions_from_observation"] = false;
+  parameters["terminate_when_unhealthy"] = false;
+  return WorldRobot(id, parameters, world);
+}
+
+/// Bent joints in the air, away from limits and contacts.
+Numbers flying(const WorldRobot& robot) {
+  Numbers position(kBaseJoints + robot.action_size(), -0.3);
+  position[kBaseX] = 0.1;
+  position[kBaseZ] = 20;
+  position[kBasePitch] = 0.2;
+  return position;
+}
+
+double velocity_of(const WorldRobot& robot, int dof) {
+  return robot.observation()[kBaseJoints + robot.action_size() + dof];
+}
+
+Numbers idle(const WorldRobot& robot) { return Numbers(robot.action_size()); }
+
+Numbers row(const WorldRobot& robot) {
+  Numbers numbers = robot.observation();
+  numbers.push_back(robot.result.reward);
+  numbers.insert(numbers.end(), robot.info.begin(), robot.info.end());
+  return numbers;
+}
+
+double mass_of(const WorldRobot& robot) {
+  const std::vector<Link>& links = robot.robot->specification().links;
+  return std::accumulate(links.begin(), links.end(), 0.0,
+                         [](double sum, const Link& link) { return sum + link.mass; });
+}
+
+/// Horizontal and vertical momentum of the whole robot by finite differences of its links' poses.
+std::array<double, 2> momentum(WorldRobot& robot, const std::function<void()>& step) {
+  const auto centre = [&robot] {
+    Sensors sensors;
+    robot.robot->sense(sensors);
+    std::array<double, 2> sum{};
+    const std::vector<Link>& links = robot.robot->specification().links;
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      const Pose& pose = sensors.link_poses[i];
+      const Vector3 arm = rotated(pose.orientation, links[i].center_of_mass);
+      sum[0] += links[i].mass * (pose.position[0] + arm[0]);
+      sum[1] += links[i].mass * (pose.position[2] + arm[2]);
+    }
+    return sum;
+  };
+  const double dt = robot.robot->specification().dt;
+  const std::array<double, 2> before = centre();
+  step();
+  const std::array<double, 2> after = centre();
+  return {(after[0] - before[0]) / dt, (after[1] - before[1]) / dt};
+}
+
+class RobotTest : public testing::TestWithParam<std::tuple<const char*, const char*>> {
+ protected:
+  static const char* id() { return std::get<0>(GetParam()); }
+
+  static WorldRobot make(const WorldValues& world = {}, const Parameters& parameters = {}) {
+    return make_robot(std::get<1>(GetParam()), id(), world, parameters);
+  }
+};
+
+TEST_P(RobotTest, FallsFreelyUnderTheWorldsGravity) {
+  for (const double gravity : {kGravity, 0.0, -1.62, -50.0}) {
+    WorldRobot robot = make({{"gravity", gravity}});
+    robot.reset(0);
+    robot.place(flying(robot));
+    for (int i = 0; i < 10; ++i) {
+      const double before = velocity_of(robot, kBaseZ);
+      robot.step(idle(robot));
+      const double expected = gravity * robot.robot->specification().dt;
+      // The observed velocity is limited to 10 m/s, and its rounding grows with it.
+      if (before + expected < -10) break;
+      EXPECT_NEAR(velocity_of(robot, kBaseZ) - before, expected, 1e-12 * (1 - gravity)) << i;
+      EXPECT_NEAR(velocity_of(robot, kBaseX), 0, 1e-12);
+      EXPECT_NEAR(velocity_of(robot, kBasePitch), 0, 1e-12);
+    }
+    Sensors sensors;
+    robot.robot->sense(sensors);
+    EXPECT_EQ(sensors.gravity, (Vector3{0, 0, gravity}));
+    EXPECT_EQ(sensors.maximum_range, 0);
+    EXPECT_EQ(robot.robot->specification().gravity, (Vector3{0, 0, kGravity}));
+  }
+}
+
+/// A push J changes the momentum of the whole robot by J, and of that step only.
+TEST_P(RobotTest, APushIsTheChangeOfMomentum) {
+  for (const double scale : {1.0, 2.0}) {
+    WorldRobot robot = make({{"gravity", 0}, {"mass_scale", scale}});
+    robot.reset(0);
+    robot.place(flying(robot));
+    const auto coast = [&] { robot.step(idle(robot)); };
+    // Momentum counts the specification's masses, which are Gymnasium's.
+    EXPECT_NEAR(momentum(robot, coast)[0], 0, 1e-10);
+    robot.step(idle(robot), {3, -2});
+    for (int i = 0; i < 3; ++i) {
+      const auto [x, z] = momentum(robot, coast);
+      EXPECT_NEAR(scale * x, 3, 1e-3) << i;
+      EXPECT_NEAR(scale * z, -2, 1e-3) << i;
+    }
+    robot.step(idle(robot), {-3, 2});
+    const auto [x, z] = momentum(robot, coast);
+    EXPECT_NEAR(scale * x, 0, 1e-3);
+    EXPECT_NEAR(scale * z, 0, 1e-3);
+  }
+}
+
+/// The force acts at the trunk's origin, its centre of mass: the trunk turns only as the limbs make
+/// it turn, which a force at the head would not do.
+TEST_P(RobotTest, APushActsAtTheTrunksCentreOfMass) {
+  EXPECT_EQ(make().robot->specification().links[0].center_of_mass, (Vector3{0, 0, 0}));
+}
+
+TEST_P(RobotTest, NoPushIsLeftOver) {
+  WorldRobot robot = make();
+  WorldRobot other = make();
+  for (WorldRobot* each : {&robot, &other}) each->reset(3);
+  robot.step(idle(robot), {40, 10});
+  EXPECT_NE(to_bits(row(robot)), to_bits(row(other)));
+  for (WorldRobot* each : {&robot, &other}) each->reset(3);
+  for (int i = 0; i < 20; ++i) {
+    ASSERT_EQ(to_bits(row(robot)), to_bits(row(other)));
+    for (WorldRobot* each : {&robot, &other}) each->step(idle(*each));
+  }
+}
+
+/// Values that are Gymnasium's change no bit, and another world leaves nothing behind.
+TEST_P(RobotTest, GymnasiumsValuesGiveGymnasiumsBits) {
+  WorldValues defaults;
+  for (const WorldParameter& parameter : find_registration(id()).world_parameters) {
+    defaults[parameter.name] = parameter.default_value;
+  }
+  WorldRobot plain = make();
+  WorldRobot named = make(defaults);
+  WorldRobot former = make({{"gravity", -3}, {"mass_scale", 2}, {"joint_damping", 5}});
+  former.reset(1);
+  former.step(idle(former), {5, 5});
+  former.robot->set_world({});
+  Actions actions("random", 1, static_cast<int>(plain.action_size()));
+  Numbers action;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    for (WorldRobot* robot : {&plain, &named, &former}) robot->reset(seed);
+    for (int i = 0; i < 60; ++i) {
+      actions.draw(plain.observation(), action);
+      for (WorldRobot* robot : {&plain, &named, &former}) robot->step(action);
+      ASSERT_EQ(to_bits(row(named)), to_bits(row(plain)));
+      ASSERT_EQ(to_bits(row(former)), to_bits(row(plain)));
+    }
+  }
+}
+
+/// A state continues in another robot, with the world's values, whatever its world was.
+TEST_P(RobotTest, SavedStatesContinueInTheirWorld) {
+  const WorldValues world{{"gravity", -4},
+                          {"mass_scale", 1.7},
+                          {"joint_damping", 0.4},
+                          {"friction_scale", .3},
+                          {"motor_strength", .8}};
+  WorldRobot robot = make(world);
+  WorldRobot other = make({{"gravity", -30}});
+  robot.reset(4);
+  other.reset(7);
+  Actions actions("random", 2, static_cast<int>(robot.action_size()));
+  Numbers action;
+  for (int i = 0; i < 40; ++i) {
+    actions.draw(robot.observation(), action);
+    robot.step(action, {i % 5 == 0 ? 10.0 : 0.0, 0});
+  }
+  std::vector<std::byte> bytes;
+  StateWriter writer(bytes);
+  robot.robot->save(writer);
+  StateReader reader(bytes.data(), bytes.size());
+  other.robot->load(reader, world)();
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_EQ(to_bits(other.observation()), to_bits(robot.observation())) << i;
+    Sensors sensors[2];
+    robot.robot->sense(sensors[0]);
+    other.robot->sense(sensors[1]);
+    ASSERT_EQ(to_bits(sensors[0].joint_effort), to_bits(sensors[1].joint_effort));
+    ASSERT_EQ(sensors[0].gravity, sensors[1].gravity);
+    actions.draw(robot.observation(), action);
+    for (WorldRobot* each : {&robot, &other}) each->step(action, {0, i % 7 == 0 ? 20.0 : 0.0});
+  }
+}
+
+/// Robots in random worlds, beside each other and apart.
+TEST_P(RobotTest, GroupsGiveTheSameBits) {
+  std::vector<WorldRobot> together;
+  std::vector<WorldRobot> apart;
+  Generator random(5);
+  for (int i = 0; i < 11; ++i) {
+    WorldValues world;
+    for (const WorldParameter& parameter : find_registration(id()).world_parameters) {
+      if (random.uniform(0, 1) < 0.5) continue;
+      world[parameter.name] = random.uniform(parameter.minimum, parameter.maximum);
+    }
+    together.push_back(make(i % 3 == 0 ? WorldValues{} : world));
+    apart.push_back(make(i % 3 == 0 ? WorldValues{} : world));
+    together.back().reset(i);
+    apart.back().reset(i);
+  }
+  std::vector<Numbers> actions(together.size());
+  std::vector<RobotStep*> steps(together.size());
+  for (int i = 0; i < 100; ++i) {
+    for (std::size_t k = 0; k < together.size(); ++k) {
+      actions[k].resize(together[k].action_size());
+      for (double& value : actions[k]) value = random.uniform(-1, 1);
+      std::array<double, 2> push{};
+      if (random.uniform(0, 1) < 0.2) push = {random.uniform(-50, 50), random.uniform(-50, 50)};
+      apart[k].step(actions[k], push);
+      RobotStep& step = together[k].result;
+      step = {};
+      step.robot = together[k].robot.get();
+      step.action = actions[k].data();
+      step.push = push;
+      step.info = together[k].info.data();
+      steps[k] = &step;
+    }
+    together[0].robot->step_group(steps.data(), steps.size());
+    for (std::size_t k = 0; k < together.size(); ++k) {
+      ASSERT_FALSE(together[k].result.failure);
+      ASSERT_EQ(to_bits(row(together[k])), to_bits(row(apart[k]))) << k;
+    }
+  }
+}
+
+/// The physics' limits, all of their combinations, from wild starts.
+TEST_P(RobotTest, IsStableAtTheLimits) {
+  const std::vector<WorldParameter> parameters = find_registration(id()).world_parameters;
+  for (unsigned corner = 0; corner < 1U << parameters.size(); ++corner) {
+    WorldValues world;
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      const WorldParameter& parameter = parameters[i];
+      world[parameter.name] = (corner >> i & 1U) != 0 ? parameter.maximum : parameter.minimum;
+    }
+    WorldRobot robot = make(world, {{"reset_noise_scale", 0.1}});
+    Actions actions("saturated", corner, static_cast<int>(robot.action_size()));
+    Numbers action;
+    for (std::uint64_t seed = 0; seed < 2; ++seed) {
+      robot.reset(seed);
+      for (int i = 0; i < 100; ++i) {
+        actions.draw(robot.observation(), action);
+        ASSERT_NO_THROW(robot.step(action)) << "corner " << corner;
+        for (const double value : robot.observation()) {
+          ASSERT_TRUE(std::isfinite(value)) << "corner " << corner;
+        }
+      }
+    }
+  }
+}
+
+SensorNoise draw_noise(Generator& random, std::size_t joints) {
+  SensorNoise noise;
+  const auto draw = [&random] { return random.uniform(-0.2, 0.2); };
+  for (std::size_t i = 0; i < joints; ++i) {
+    noise.joint_position.push_back(draw());
+    noise.joint_velocity.push_back(draw());
+  }
+  noise.pitch = draw();
+  noise.angular_velocity = draw();
+  noise.linear_velocity = {draw(), draw()};
+  return noise;
+}
+
+/// A noisy observation is what a builder makes of noisy sensors, also where velocities are clamped.
+void expect_builders_observations(const std::string& id, Parameters parameters) {
+  parameters["terminate_when_unhealthy"] = false;
+  for (const bool exclude : {true, false}) {
+    parameters["exclude_current_positions_from_observation"] = exclude;
+    WorldRobot robot(id, parameters, {{"gravity", -5}});
+    const auto builder = make_observation_builder(id, parameters);
+    Generator random(1);
+    Actions actions("random", 1, static_cast<int>(robot.action_size()));
+    Numbers action;
+    int num_clamped = 0;
+    robot.reset(1);
+    builder->reset();
+    for (int i = 0; i < 200; ++i) {
+      const SensorNoise noise = draw_noise(random, robot.action_size());
+      Sensors sensors;
+      robot.robot->sense(sensors);
+      add(noise, sensors);
+      const Numbers observation = robot.observation(noise);
+      Numbers built(observation.size());
+      builder->build(measurements_of(sensors), built.data());
+      for (std::size_t k = 0; k < built.size(); ++k) {
+        ASSERT_NEAR(observation[k], built[k], 1e-12) << id << ", step " << i << ", value " << k;
+        num_clamped += std::abs(observation[k]) == 10 ? 1 : 0;
+      }
+      ASSERT_NE(observation, robot.observation());
+      actions.draw(observation, action);
+      robot.step(action, {i % 10 == 0 ? 30.0 : 0.0, 0});
+    }
+    EXPECT_GT(num_clamped, 5) << id;
+  }
+}
+
+TEST_P(RobotTest, ANoisyObservationIsThatOfNoisySensors) {
+  expect_builders_observations(id(), {{"reset_noise_scale", 0.1}});
+}
+
+TEST_P(RobotTest, NoNoiseIsNoNoise) {
+  WorldRobot robot = make();
+  robot.reset(2);
+  SensorNoise none;
+  none.joint_position.resize(robot.action_size());
+  none.joint_velocity.resize(robot.action_size());
+  EXPECT_EQ(robot.observation(none), robot.observation());
+}
+
+std::string name_of(const testing::TestParamInfo<RobotTest::ParamType>& info) {
+  const auto [id, kernel] = info.param;
+  std::string name = std::string(id) + (kernel == nullptr ? "" : std::string("_") + kernel);
+  name.erase(name.find('-'), 1);
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Walker2d, RobotTest,
+                         testing::Combine(testing::Values("Walker2d-v4", "Walker2d-v5"),
+                                          testing::Values(nullptr, "sse2", "off")),
+                         name_of);
+INSTANTIATE_TEST_SUITE_P(Hopper, RobotTest,
+                         testing::Combine(testing::Values("Hopper-v4", "Hopper-v5"),
+                                          testing::Values(nullptr)),
+                         name_of);
+
+/// A world against an MJCF file with its numbers, over whole episodes.
+TEST(WorldModelTest, AWorldIsAFileWithItsNumbers) {
+  const Folder folder;
+  const auto in = [](const char* model) { return builtin_text(model); };
+  const struct {
+    const char* id;
+    const char* model;
+    WorldValues world;
+    std::string from, to;
+  } cases[] = {
+      {"Walker2d-v5",
+       "walker2d_v5.xml",
+       {{"gravity", -3.7}},
+       "timestep=",
+       "gravity=\"0 0 -3.7\" timestep="},
+      {"Walker2d-v5",
+       "walker2d_v5.xml",
+       {{"joint_damping", 0.75}},
+       "damping=\"0.1\"",
+       "damping=\"0.75\""},
+      {"Walker2d-v5", "walker2d_v5.xml", {{"motor_strength", 1.5}}, "gear=\"100\"", "gear=\"150\""},
+      {"Walker2d-v5",
+       "walker2d_v5.xml",
+       {{"mass_scale", 2}},
+       "density=\"1000\"",
+       "density=\"2000\""},
+      {"Hopper-v5",
+       "hopper_v5.xml",
+       {{"gravity", -3.7}},
+       "timestep=",
+       "gravity=\"0 0 -3.7\" timestep="},
+      {"Hopper-v5",
+       "hopper_v5.xml",
+       {{"joint_damping", 0.75}},
+       "damping=\"1\"",
+       "damping=\"0.75\""},
+      {"Hopper-v5", "hopper_v5.xml", {{"motor_strength", 1.5}}, "gear=\"200\"", "gear=\"300\""},
+      {"Hopper-v5",
+       "hopper_v5.xml",
+       {{"mass_scale", 2}},
+       "<geom type=\"capsule\"",
+       "<geom density=\"2000\" type=\"capsule\""},
+  };
+  for (const auto& [id, model, world, from, to] : cases) {
+    SCOPED_TRACE(std::string(id) + ", " + world.begin()->first);
+    const std::string name = std::string(id) + world.begin()->first + ".xml";
+    const std::string file = folder.write(name, replaced(in(model), from, to));
+    WorldRobot by_world = make_robot(nullptr, id, world);
+    WorldRobot by_file = make_robot(nullptr, id, {}, {{"xml_file", file}});
+    Actions actions("random", 1, static_cast<int>(by_world.action_size()));
+    Numbers action;
+    for (std::uint64_t seed = 0; seed < 3; ++seed) {
+      by_world.reset(seed);
+      by_file.reset(seed);
+      for (int i = 0; i < 100; ++i) {
+        actions.draw(by_world.observation(), action);
+        by_world.step(action);
+        by_file.step(action);
+        ASSERT_EQ(to_bits(row(by_world)), to_bits(row(by_file))) << i;
+      }
+    }
+  }
+}
+
+/// Without friction the floor takes no horizontal momentum from a walker that slides and falls.
+TEST(WorldModelTest, FrictionTakesMomentum) {
+  const auto kept = [](double scale) {
+    WorldRobot robot = make_robot(nullptr, "Walker2d-v5", {{"friction_scale", scale}});
+    robot.reset(0);
+    Numbers position = robot.observation();
+    position.resize(kDegreesOfFreedom);
+    Numbers velocity(kDegreesOfFreedom);
+    velocity[kBaseX] = 2;
+    robot.robot->set_coordinates(position, velocity, robot.info.data());
+    const auto coast = [&] { robot.step(idle(robot)); };
+    const double before = momentum(robot, coast)[0];
+    for (int i = 0; i < 100; ++i) coast();
+    return momentum(robot, coast)[0] / before;
+  };
+  EXPECT_NEAR(kept(0), 1, 0.01);
+  EXPECT_LT(kept(0.1), 0.98);
+  EXPECT_LT(kept(1), kept(0.1) - 0.1);
+}
+
+/// The sensors' effort is the motor's, with its strength.
+TEST(WorldModelTest, MotorStrengthScalesTheEffort) {
+  for (const auto& [id, effort] : {std::pair("Walker2d-v4", 100.0), {"Hopper-v4", 200.0}}) {
+    WorldRobot robot = make_robot(nullptr, id, {{"motor_strength", 0.3}});
+    robot.reset(0);
+    robot.step(Numbers(robot.action_size(), 0.5));
+    Sensors sensors;
+    robot.robot->sense(sensors);
+    for (const double value : sensors.joint_effort) EXPECT_NEAR(value, 0.15 * effort, 1e-12);
+  }
+}
+
+/// A user's model keeps its own numbers where the world names none.
+TEST(WorldModelTest, AUsersModelTakesWorlds) {
+  const Folder folder;
+  const std::string file = folder.write("other.xml", other_walker_text());
+  const Parameters parameters{{"xml_file", file}, {"healthy_z_range", Numbers{-10, 10}}};
+  expect_builders_observations("Walker2d-v5", parameters);
+  WorldRobot robot = make_robot(nullptr, "Walker2d-v5", {{"gravity", 0}}, parameters);
+  robot.reset(0);
+  Numbers position = robot.observation();
+  position.resize(kDegreesOfFreedom);
+  position[kBaseZ] = 20;
+  robot.place(position);
+  const auto coast = [&] { robot.step(idle(robot)); };
+  robot.step(idle(robot), {3, -2});
+  const auto [x, z] = momentum(robot, coast);
+  EXPECT_NEAR(x, 3, 0.02);
+  EXPECT_NEAR(z, -2, 0.02);
+  EXPECT_GT(mass_of(robot), 1);
+}
+
+}  // namespace
+}  // namespace walker::mujoco
