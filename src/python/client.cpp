@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -22,6 +24,7 @@
 #include "walker_sim/pool.h"
 #include "walker_sim/registry.h"
 #include "walker_sim/renderer.h"
+#include "walker_sim/world.h"
 
 namespace walker::python {
 namespace py = pybind11;
@@ -83,6 +86,11 @@ struct RemoteEpisode {
     is_placed = false;
   }
 
+  /// @param values drawn at the reset; empty: Gymnasium's world
+  void set_world(const WorldValues& values) {
+    state.world = values.empty() ? nullptr : std::make_shared<const WorldValues>(values);
+  }
+
   void fail_at_reset(const std::string& message) {
     state.step = 0;
     state.terminated = true;
@@ -123,11 +131,45 @@ class ClientBinding {
     Output observations(observation, "observation");
     Output infos(info, "info");
     call([&] {
-      client_->reset(number, transition_);
-      record_transition();
-      write_answer(transition_.observation, observations);
-      write_answer(transition_.info, infos);
+      client_->reset(number, std::nullopt, reset_);
+      record_reset();
+      write_answer(reset_.transition.observation, observations);
+      write_answer(reset_.transition.info, infos);
     });
+  }
+
+  /// Sets the worlds of the resets to come; checked here, so that errors are the core's.
+  /// @param environments indices; empty: all
+  /// @param worlds pairs (low, high) by name; one for all, or one per listed environment
+  void set_world(const std::vector<std::uint32_t>& environments, const py::sequence& worlds) {
+    const std::vector<World> ranges = to_worlds(worlds);
+    for (const World& world : ranges) check_world(specification_.id, world);
+    call(
+        [&] {
+          for (const std::uint32_t environment : environments) check_index(environment);
+          client_->set_world(environments, ranges);
+        },
+        /*refusal_loses=*/false);
+  }
+
+  /// As Pool.drawn_worlds of all environments after a step.
+  std::map<std::uint32_t, WorldValues> drawn_worlds() {
+    const GilFreeLock lock = enter();
+    std::map<std::uint32_t, WorldValues> drawn;
+    for (const EnvironmentWorld& world : batch_.worlds) drawn[world.environment] = world.values;
+    return drawn;
+  }
+
+  /// Returns what the environments' episodes have drawn. @param environments indices; empty: all
+  std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
+    const GilFreeLock lock = enter();
+    std::vector<WorldValues> values;
+    const auto append = [&values](const RemoteEpisode& episode) {
+      values.push_back(episode.state.world ? *episode.state.world : WorldValues{});
+    };
+    for (const std::uint32_t environment : environments) append(episodes_.at(environment));
+    if (environments.empty()) std::for_each(episodes_.begin(), episodes_.end(), append);
+    return values;
   }
 
   /// @return as Environment.step
@@ -140,7 +182,7 @@ class ClientBinding {
       check_step(actions);
       client_->step(actions.data(), actions.size(), transition_);
       episodes_.front().follow(transition_.episode, transition_.step);
-      record_transition();
+      record(transition_);
       write_answer(transition_.observation, observations);
       write_answer(transition_.info, infos);
       return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
@@ -165,8 +207,8 @@ class ClientBinding {
     const auto* const begin = reinterpret_cast<const std::uint8_t*>(bytes.data());
     call(
         [&] {
-          client_->restore({begin, begin + bytes.size()}, transition_);
-          record_transition();
+          client_->restore({begin, begin + bytes.size()}, reset_);
+          record_reset();
         },
         /*refusal_loses=*/false);
     is_lost_ = false;
@@ -180,15 +222,17 @@ class ClientBinding {
     Output info_output(info, "info");
     call([&] {
       for (const std::uint32_t environment : environments) check_index(environment);
-      client_->reset_batch(environments, numbers, reset_);
-      write_answer(reset_.observations, observations_output);
-      write_answer(reset_.info, info_output);
+      client_->reset_batch(environments, numbers, batch_reset_);
+      write_answer(batch_reset_.observations, observations_output);
+      write_answer(batch_reset_.info, info_output);
       if (environments.empty()) {
         for (RemoteEpisode& episode : episodes_) episode.begin();
       }
       for (const std::uint32_t environment : environments) episodes_[environment].begin();
-      for (std::size_t i = 0; i < reset_.failures.size(); ++i) {
-        episodes_[reset_.failed_environments[i]].fail_at_reset(reset_.failures[i]);
+      record_worlds(batch_reset_.worlds);
+      for (std::size_t i = 0; i < batch_reset_.failures.size(); ++i) {
+        const std::uint32_t failed = batch_reset_.failed_environments[i];
+        episodes_[failed].fail_at_reset(batch_reset_.failures[i]);
       }
     });
   }
@@ -316,13 +360,24 @@ class ClientBinding {
     }
   }
 
-  /// Records the answer of ~reset, ~step or ~restore.
-  void record_transition() {
+  /// Records the answer of ~reset or ~restore.
+  void record_reset() {
+    record(reset_.transition);
+    episodes_.front().set_world(reset_.world);
+  }
+
+  void record(const Transition& transition) {
     RemoteEpisode& episode = episodes_.front();
-    episode.place(transition_.episode, transition_.step);
-    episode.state.terminated = transition_.terminated;
-    episode.state.truncated = transition_.truncated;
-    episode.state.error = transition_.error;
+    episode.place(transition.episode, transition.step);
+    episode.state.terminated = transition.terminated;
+    episode.state.truncated = transition.truncated;
+    episode.state.error = transition.error;
+  }
+
+  void record_worlds(const std::vector<EnvironmentWorld>& worlds) {
+    for (const EnvironmentWorld& world : worlds) {
+      episodes_[world.environment].set_world(world.values);
+    }
   }
 
   /// Records the answer of ~step_batch. Step 0 means that the server has reset the environment; it
@@ -334,6 +389,7 @@ class ClientBinding {
         episode.follow(batch_.episodes[i], batch_.steps[i]);
       } else {
         episode.place(batch_.episodes[i], 0);
+        episode.state.world = nullptr;
       }
       // At step 0 the flags belong to the previous episode.
       episode.state.terminated = batch_.steps[i] != 0 && batch_.terminated[i] != 0;
@@ -341,6 +397,7 @@ class ClientBinding {
       episode.state.error.clear();
       episode.error.clear();
     }
+    record_worlds(batch_.worlds);
     for (std::size_t i = 0; i < batch_.failures.size(); ++i) {
       RemoteEpisode& episode = episodes_[batch_.failed_environments[i]];
       if (batch_.failed_at_reset[i] != 0) {
@@ -374,7 +431,8 @@ class ClientBinding {
   Transition transition_;
   std::vector<RemoteEpisode> episodes_;  // one per environment
   AutoresetMode autoreset_mode_ = AutoresetMode::disabled;
-  BatchReset reset_;
+  Reset reset_;
+  BatchReset batch_reset_;
   BatchTransition batch_;
   Image image_;
 };
@@ -391,6 +449,9 @@ void bind_client(py::module& module) {
       .def_property_readonly("server_specification", &ClientBinding::server_specification)
       .def_property_readonly("is_lost", &ClientBinding::is_lost)
       .def("reset", &ClientBinding::reset)
+      .def("set_world", &ClientBinding::set_world)
+      .def("world_values", &ClientBinding::world_values)
+      .def("drawn_worlds", &ClientBinding::drawn_worlds)
       .def("step", &ClientBinding::step)
       .def("snapshot", &ClientBinding::snapshot)
       .def("restore", &ClientBinding::restore)

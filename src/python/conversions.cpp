@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "base/printable_text.h"
 #include "episode/episode.h"
@@ -212,6 +213,30 @@ Parameters to_parameters(const py::dict& given) {
   return parameters;
 }
 
+World to_world(const py::dict& given) {
+  World world;
+  for (const auto& [key, value] : given) {
+    if (!is_text(key)) throw py::type_error("world parameter " + shown(key) + ": must be a str");
+    const auto [low, high] = value.cast<std::pair<double, double>>();
+    world[to_text("name", key)] = {low, high};
+  }
+  return world;
+}
+
+std::vector<World> to_worlds(const py::sequence& given) {
+  std::vector<World> worlds;
+  for (const py::handle world : given) worlds.push_back(to_world(world.cast<py::dict>()));
+  return worlds;
+}
+
+py::dict to_dict(const World& world) {
+  py::dict dict;
+  for (const auto& [name, range] : world) {
+    dict[to_str(name)] = py::make_tuple(range.low, range.high);
+  }
+  return dict;
+}
+
 std::vector<std::byte> to_state_bytes(const py::handle& state) {
   if (!py::isinstance<py::bytes>(state)) {
     throw py::type_error(std::string("a state is of type ") + Py_TYPE(state.ptr())->tp_name +
@@ -250,6 +275,7 @@ py::dict to_dict(const ServerSpecification& specification) {
   dict["mode"] = specification.mode;
   dict["autoreset_mode"] = specification.autoreset_mode;
   dict["version"] = specification.version;
+  dict["world"] = to_dict(specification.world);
   return dict;
 }
 

@@ -15,6 +15,7 @@
 #include "walker_sim/environment.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/specification.h"
+#include "walker_sim/world.h"
 
 namespace walker::python {
 
@@ -127,6 +128,16 @@ pybind11::str to_str(const std::string& text);
 ///         range or a text with surrogates, which UTF-8 cannot encode
 Parameters to_parameters(const pybind11::dict& given);
 
+/// Converts a mapping of names to pairs (low, high).
+/// @throws TypeError if a name is not a text or a range not a pair of floats, ValueError for a name
+///         with surrogates
+World to_world(const pybind11::dict& given);
+/// @param given mappings
+std::vector<World> to_worlds(const pybind11::sequence& given);
+
+/// Returns pairs (low, high) by name.
+pybind11::dict to_dict(const World& world);
+
 /// Copies a saved state.
 /// @throws TypeError if it is not bytes
 std::vector<std::byte> to_state_bytes(const pybind11::handle& state);
@@ -139,7 +150,8 @@ pybind11::bytes to_bytes(const std::vector<Byte>& bytes) {
 /// Specification under the names of EnvironmentSpec.msg; `parameters` maps names to texts.
 pybind11::dict to_dict(const Specification& specification);
 
-/// A server's specification under the same names, plus num_envs, mode and autoreset_mode.
+/// A server's specification under the same names, plus num_envs, mode, autoreset_mode, version and
+/// world, with a tuple (low, high) per parameter.
 pybind11::dict to_dict(const ServerSpecification& specification);
 
 /// Converts seeds, one per environment. None: the environment's generator continues.

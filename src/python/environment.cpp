@@ -67,6 +67,27 @@ class EnvironmentBinding {
     return {state.reward, state.terminated, state.truncated, state.error};
   }
 
+  /// Sets the world of the resets to come.
+  /// @param world pairs (low, high) by name; empty: Gymnasium's
+  /// @throws ValueError as `check_world`
+  void set_world(const py::dict& world) {
+    const World ranges = to_world(world);
+    const GilFreeLock lock(mutex_);
+    episode_->set_world(ranges);
+  }
+
+  /// The world of the resets to come.
+  World world() {
+    const GilFreeLock lock(mutex_);
+    return episode_->world();
+  }
+
+  /// What the episode has drawn from its world.
+  WorldValues world_values() {
+    const GilFreeLock lock(mutex_);
+    return episode_->world_values();
+  }
+
   /// Copies the state that a picture shows.
   /// @throws ResetNeeded if there is none
   StateCapture capture() {
@@ -196,6 +217,10 @@ void bind_environment(py::module& module) {
       .def_property_readonly("specification", &EnvironmentBinding::specification)
       .def("reset", &EnvironmentBinding::reset)
       .def("step", &EnvironmentBinding::step)
+      .def("set_world", &EnvironmentBinding::set_world)
+      .def_property_readonly("world",
+                             [](EnvironmentBinding& self) { return to_dict(self.world()); })
+      .def("world_values", &EnvironmentBinding::world_values)
       .def("capture", &EnvironmentBinding::capture)
       .def("get_state", &EnvironmentBinding::get_state)
       .def("set_state", &EnvironmentBinding::set_state)

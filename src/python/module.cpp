@@ -109,6 +109,7 @@ PYBIND11_MODULE(_core, module) {
   bind_pool(module);
   bind_client(module);
   bind_policy(module);
+  bind_worlds(module);
 }
 
 }  // namespace walker::python

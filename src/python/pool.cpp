@@ -1,6 +1,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -109,6 +110,48 @@ class PoolBinding {
     return received_;
   }
 
+  /// Sets the worlds of environments' resets to come.
+  /// @param environments indices; empty: all
+  /// @param worlds one for all or one each: pairs (low, high) by name; empty: Gymnasium's
+  /// @throws ValueError as `check_world`, or if the number of worlds is wrong
+  void set_world(const std::vector<std::uint32_t>& environments, const py::sequence& worlds) {
+    const std::vector<World> ranges = to_worlds(worlds);
+    const GilFreeLock lock(mutex_);
+    pool_.set_world(environments, ranges);
+    for (const World& world : ranges) has_worlds_ = has_worlds_ || !world.empty();
+  }
+
+  World world(std::size_t index) {
+    const GilFreeLock lock(mutex_);
+    return pool_.environment(index).world();
+  }
+
+  /// What the environments' episodes have drawn from their worlds.
+  std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
+    std::vector<WorldValues> values;
+    const GilFreeLock lock(mutex_);
+    for (const std::uint32_t i : environments) {
+      values.push_back(pool_.environment(i).world_values());
+    }
+    return values;
+  }
+
+  /// Of the rows of the last step or `recv`, those whose episode it has begun in a world, with what
+  /// that has drawn.
+  /// @param environments index of each row's environment
+  std::map<std::size_t, WorldValues> drawn_worlds(const std::vector<std::uint32_t>& environments) {
+    std::map<std::size_t, WorldValues> rows;
+    if (!has_worlds_) return rows;
+    const GilFreeLock lock(mutex_);
+    for (std::size_t row = 0; row < environments.size(); ++row) {
+      const EpisodeState& state = pool_.episode(environments[row]).state();
+      if (state.step == 0 && state.world) rows[row] = *state.world;
+    }
+    return rows;
+  }
+
+  bool has_worlds() const { return has_worlds_; }
+
   py::list get_states(const std::vector<std::uint32_t>& environments) {
     std::vector<std::vector<std::byte>> states(environments.size());
     {
@@ -127,13 +170,15 @@ class PoolBinding {
     if (environments.empty() && states.empty()) return;
     const GilFreeLock lock(mutex_);
     pool_.load_states(environments, states, {});
+    for (const std::uint32_t index : environments) {
+      const Episode& episode = pool_.episode(index);
+      has_worlds_ = has_worlds_ || episode.state().world || !episode.world().empty();
+    }
   }
 
   py::tuple pickle() {
-    std::vector<std::uint32_t> all(options_.num_envs);
-    std::iota(all.begin(), all.end(), 0U);
     return py::make_tuple(id_, parameters_, options_.num_envs, options_.num_threads,
-                          to_text(options_.autoreset_mode), options_.batch_size, get_states(all));
+                          to_text(options_.autoreset_mode), options_.batch_size, get_states(all()));
   }
 
   static std::unique_ptr<PoolBinding> unpickle(const py::tuple& state) {
@@ -142,7 +187,7 @@ class PoolBinding {
     auto pool = std::make_unique<PoolBinding>(
         state[0].cast<std::string>(), state[1].cast<py::dict>(), state[2].cast<std::size_t>(),
         state[3].cast<std::size_t>(), state[4].cast<std::string>(), state[5].cast<std::size_t>());
-    pool->set_states({}, state[6].cast<py::list>());
+    pool->set_states(pool->all(), state[6].cast<py::list>());
     return pool;
   }
 
@@ -175,6 +220,12 @@ class PoolBinding {
   }
 
  private:
+  std::vector<std::uint32_t> all() const {
+    std::vector<std::uint32_t> indices(options_.num_envs);
+    std::iota(indices.begin(), indices.end(), 0U);
+    return indices;
+  }
+
   std::size_t observation_size() const { return pool_.specification().observation_size(); }
   std::size_t action_size() const { return pool_.specification().action_size(); }
   std::size_t num_infos() const { return pool_.specification().info_names.size(); }
@@ -201,6 +252,7 @@ class PoolBinding {
   PoolOptions options_;
   Pool pool_;
   std::mutex mutex_;
+  std::atomic<bool> has_worlds_{false};  // false: no environment has a world
   std::vector<std::uint32_t> received_;  // indices of the last `recv`
   // same_step: final rows of the last step or `recv`, in the order of its rows.
   std::vector<double> final_observations_;
@@ -249,6 +301,11 @@ void bind_pool(py::module& module) {
       .def("send", &PoolBinding::send)
       .def("send_resets", &PoolBinding::send_resets)
       .def("recv", &PoolBinding::recv)
+      .def("set_world", &PoolBinding::set_world)
+      .def("world", [](PoolBinding& self, std::size_t index) { return to_dict(self.world(index)); })
+      .def("world_values", &PoolBinding::world_values)
+      .def("drawn_worlds", &PoolBinding::drawn_worlds)
+      .def_property_readonly("has_worlds", &PoolBinding::has_worlds)
       .def("capture", &PoolBinding::capture)
       .def("error", &PoolBinding::error)
       .def("reset_error", &PoolBinding::reset_error)

@@ -46,6 +46,7 @@ def specification(**changes):
         struct.pack("<I", fields["num_envs"]),
         texts(list(fields["parameters"])),
         texts(list(fields["parameters"].values())),
+        text("gymnasium") + struct.pack("<I", 0),  # the world
         struct.pack("<I", fields["observation_size"]),
         text(fields["observation_dtype"]),
         array("d", fields["observation_low"]),
@@ -74,6 +75,7 @@ def transition(step=1, **changes):
         struct.pack("<dd??", 1.0, 1.0, bool(fields["error"]), False),
         array("d", fields["info"]),
         text(fields["error"]),
+        b"" if step > 0 else struct.pack("<I", 0),  # the world that a reset draws
     ]
     return b"".join(parts)
 
@@ -83,6 +85,7 @@ BATCH_RESET = {
     "info": ("d", [0.0] * (NUM_ENVS * INFO)),
     "failed_environments": ("I", []),
     "failures": ("text", []),
+    "worlds": ("I", []),
 }
 BATCH_STEP = {  # the second environment's episode has ended
     "observations": ("d", [0.5] * (NUM_ENVS * WIDTH)),
@@ -98,6 +101,7 @@ BATCH_STEP = {  # the second environment's episode has ended
     "final_environments": ("I", [1]),
     "final_observations": ("d", [0.25] * WIDTH),
     "final_info": ("d", [0.0] * INFO),
+    "worlds": ("I", []),
 }
 
 

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from walker_sim.errors import UnknownKeyword as UnknownKeyword
     from walker_sim.registration import ids as ids
     from walker_sim.vector_environment import WalkerVectorEnv as WalkerVectorEnv
+    from walker_sim.worlds import world_parameters as world_parameters
+    from walker_sim.worlds import world_presets as world_presets
 
 # Imported on first use: the messages need neither NumPy nor Gymnasium.
 _MODULES = {
@@ -41,6 +43,7 @@ _MODULES = {
     "WalkerEnv": "environment",
     "WalkerVectorEnv": "vector_environment",
     "ids": "registration",
+    **dict.fromkeys(("world_parameters", "world_presets"), "worlds"),
 }
 
 __all__ = [*_MODULES, "__version__"]

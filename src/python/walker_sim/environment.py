@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any, Union, cast
+from typing import TYPE_CHECKING, Any, Mapping, Union, cast
 
 import gymnasium
 import numpy as np
@@ -14,6 +14,7 @@ from walker_sim.arguments import refuse_unknown, to_action, to_coordinates
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import ALL_MODES, Picture, Pictures, metadata_of, split_keywords
 from walker_sim.transport import ServerAddress, State, attributes_of, by_name, spaces_of
+from walker_sim.worlds import AnyWorld, World, to_world
 
 if TYPE_CHECKING:
     from walker_sim.in_process import InProcessWalker
@@ -73,6 +74,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     render_mode
         ``human`` or ``rgb_array``; for Walker2d and Hopper also ``depth_array`` and
         ``rgbd_tuple``; None: no pictures, at no cost. See `render`.
+    world
+        World of the episodes: level, physics, disturbances, delays and noise. See `set_world`.
+        None: Gymnasium's. Over ROS it is set on the server by ``~set_world``; None leaves the
+        server's own.
     parameters
         Parameters of the environment, e.g. ``hardcore``, ``reuse_world``,
         ``forward_reward_weight``, and of its camera: ``width`` and ``height`` [pixels]; for
@@ -100,18 +105,22 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         spin_us: int = 100,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
+        world: AnyWorld = None,
         **parameters: Any,
     ) -> None:
         self.env_id = env_id = without_namespace(env_id)
         # walker_sim.sb3_env_fns reads these to make the same walkers as one vector environment.
         self.keywords = {**parameters, "max_episode_steps": max_episode_steps}
         self.keywords.update(transport=transport, render_mode=render_mode)
+        ranges = to_world(env_id, world)
         parameters, camera = split_keywords(env_id, parameters)
         refuse_unknown(WalkerEnv.__init__, env_id, parameters)
         self.render_mode = render_mode
         self._transport = transport
         address = ServerAddress(transport, server, master_uri, timeout, spin_us)
         self._walker = make_walker(env_id, address, max_episode_steps, parameters)
+        if world is not None:
+            self._walker.set_world(ranges)
         specification = self._walker.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self._is_closed = False
@@ -136,6 +145,30 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     def observation_structure(self) -> dict[str, int]:
         """Walker2d-v5, Hopper-v5: numbers of skipped positions, positions and velocities."""
         return self._constant("observation_structure")  # type: ignore[no-any-return]
+
+    @property
+    def world(self) -> World:
+        """World of the resets to come: a pair (low, high) by parameter name; empty: Gymnasium's."""
+        return self._walker.world
+
+    def set_world(self, world: AnyWorld) -> None:
+        """Sets the world from the next reset on.
+
+        Parameters
+        ----------
+        world
+            A mapping of parameters to numbers, or to pairs (low, high) from which each episode
+            draws uniformly, e.g. ``{"gravity": -5, "push_interval": (1, 3)}``; or that as a text of
+            YAML; or a preset's name, e.g. ``"moon"``; or the path of a YAML file. Parameters that
+            are absent have Gymnasium's values. None: Gymnasium's world.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the walker cannot apply the world. Names the parameter, its value and what is
+            allowed. Nothing has changed.
+        """
+        self._walker.set_world(to_world(self.env_id, world))
 
     @property
     def is_healthy(self) -> bool:
@@ -179,26 +212,38 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             Determines the episode completely, except with ``reuse_world``; None: the generator
             continues.
         options
-            Ignored, as by Gymnasium's walkers.
+            ``world``: the world of this and the following episodes, as for `set_world`. Other
+            options are ignored, as by Gymnasium's walkers.
 
         Returns
         -------
         observation
             Shape of `observation_space`.
         info
-            Floats by name.
+            Floats by name; in a world also ``world``, what the episode has drawn, floats by name.
+            Given as numbers, with the same seed, these values repeat the episode to the bit.
 
         Raises
         ------
         gymnasium.error.Error
             If the seed is negative or not a Python integer.
+        ValueError, TypeError
+            If the walker cannot apply the world. The present episode and world are unchanged.
         """
+        has_world = isinstance(options, Mapping) and "world" in options
+        world = to_world(self.env_id, options["world"]) if options and has_world else {}
         super().reset(seed=seed)
+        if has_world:
+            self._walker.set_world(world)
         observation, info = state = self._new_state()
         self._walker.reset(seed, super().np_random, state)
         self._is_closed = False
         self._pictures.begin(self._walker.render)
-        return observation, by_name(self._info_names, info.tolist())
+        infos = by_name(self._info_names, info.tolist())
+        drawn = self._walker.world_values()
+        if drawn:
+            infos["world"] = drawn
+        return observation, infos
 
     def step(self, action: NDArray[Any]) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
         """Advances the world by `dt`.
@@ -263,7 +308,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     def get_state(self) -> bytes:
         """Returns the whole state, also within an episode, in a time independent of its length.
 
-        The state includes `np_random` but no wrappers: Gymnasium's ``TimeLimit`` keeps its own step
+        The state includes `np_random`, and the worlds of the present and of later episodes, but no
+        wrappers: Gymnasium's ``TimeLimit`` keeps its own step
         count. `copy.deepcopy` also copies wrappers.
 
         Returns

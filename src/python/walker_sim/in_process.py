@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.rendering import Pictures
 from walker_sim.transport import Batch, Colors, Depths, Specification, State, Walkers
+from walker_sim.worlds import World, WorldValues
 
 GeneratorState = Sequence[int]
 """PCG64's state and increment, each as its high and low 64 bits; has_uint32; uinteger."""
@@ -68,6 +69,19 @@ class InProcessWalker:
         """Draws a copy of the state, so that other threads may step the environment meanwhile."""
         pictures.renderer.render(self._environment.capture(), rgb, depth)
 
+    def set_world(self, world: World) -> None:
+        """Sets the world of the resets to come. On an error, nothing has changed."""
+        self._environment.set_world(world)
+
+    @property
+    def world(self) -> World:
+        """The world of the resets to come."""
+        return self._environment.world
+
+    def world_values(self) -> WorldValues:
+        """Returns what the episode has drawn from its world."""
+        return self._environment.world_values()
+
     def get_state(self, random: np.random.Generator | None) -> bytes:
         """Returns the whole state, with `random`, if given, as its generator."""
         return self._environment.get_state(None if random is None else generator_state_of(random))
@@ -123,6 +137,20 @@ class InProcessWalkers(Walkers):
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         pictures.renderer.render(self._pool.capture(environment), rgb, depth)
+
+    def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
+        self._pool.set_world(environments, worlds)
+
+    def worlds(self) -> tuple[World, ...]:
+        return tuple(map(self._pool.world, range(self.num_envs)))
+
+    def world_values(self, environments: list[int]) -> list[WorldValues]:
+        if not self._pool.has_worlds:
+            return [{}] * len(environments)
+        return self._pool.world_values(environments)
+
+    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
+        return self._pool.drawn_worlds([*environments]) if self._pool.has_worlds else {}
 
     def step_some(self, actions: NDArray[Any], environments: list[int]) -> Batch:
         """Steps some walkers. Row i of `actions` and of the result belongs to `environments[i]`."""

@@ -26,6 +26,7 @@ from walker_sim.transport import (
     State,
     Walkers,
 )
+from walker_sim.worlds import World, WorldValues
 
 ANY = -1
 """The limit is unspecified: any limit of the server is accepted."""
@@ -104,6 +105,7 @@ class Connection:
 
     The server must be in lock-step and have this id, these parameters, `num_envs` walkers and the
     values `required` in its specification. `takes_any_limit` allows any ``max_episode_steps``.
+    Worlds that were set on a server are set again on one that was restarted.
     """
 
     def __init__(
@@ -134,6 +136,7 @@ class Connection:
         self._options = (
             *(env_id, dict(parameters), address.server, address.master_uri, timeout, spin_us),
         )
+        self._worlds: dict[int, World] = {}  # by environment, as set by this connection
         self._client: _core.Client | None = None
         client = self.open()
         server = client.server_specification
@@ -151,8 +154,18 @@ class Connection:
             lines = differences(wanted, client.server_specification, self._takes_any_limit)
             if lines:
                 raise ServerMismatch(f"the server {self._options[2]}: " + "; ".join(lines))
+            if self._worlds:
+                client.set_world([*self._worlds], [*self._worlds.values()])
             self._client = client
         return self._client
+
+    def _set_worlds(self, environments: list[int], worlds: Sequence[World]) -> None:
+        """Calls ~set_world: one world for all `environments`, or one each; empty: all walkers."""
+        client = self.open()
+        client.set_world(environments, worlds)
+        chosen = environments or range(client.server_specification["num_envs"])
+        each = worlds if len(worlds) == len(chosen) else [*worlds] * len(chosen)
+        self._worlds.update(zip(chosen, each))
 
     @property
     def client(self) -> _core.Client:
@@ -184,6 +197,21 @@ class RemoteWalker(Connection):
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         return self.client.step(action, *state)
+
+    def set_world(self, world: World) -> None:
+        """Sets the server's world, from the next reset on."""
+        self._set_worlds([], [world])
+
+    @property
+    def world(self) -> World:
+        """The world of the resets to come, unless another client sets it: that which this one has
+        set, or else the server's when this one connected."""
+        servers: World = self.client.server_specification["world"]
+        return self._worlds.get(0, servers)
+
+    def world_values(self) -> WorldValues:
+        """Returns what the episode has drawn from its world; empty in Gymnasium's."""
+        return self.client.world_values([0])[0]
 
     def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         self.client.render(0, pictures.camera_parameters, rgb, depth)
@@ -244,6 +272,18 @@ class RemoteWalkers(Connection, Walkers):
         batch = super().step(actions)
         self._observations, self._info = batch.observations.copy(), batch.info.copy()
         return batch
+
+    def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
+        """Sets the worlds of some walkers, one for all or one each, from each one's next reset on.
+        Empty `environments` stands for all."""
+        self._set_worlds(environments, worlds)
+
+    def world_values(self, environments: list[int]) -> list[WorldValues]:
+        """Returns what the episodes of these walkers have drawn; empty in Gymnasium's world."""
+        return self.client.world_values(environments)
+
+    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
+        return self.client.drawn_worlds()
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         self.client.render(environment, pictures.camera_parameters, rgb, depth)

@@ -17,6 +17,7 @@ from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.sb3_env_fns import EnvFns, VecEnvSpec, spec_of
 from walker_sim.transport import ServerAddress, attributes_of, by_name, make_walkers, spaces_of
+from walker_sim.worlds import AnyWorld, AnyWorlds, to_world, to_worlds
 
 Infos = List[Dict[str, Any]]
 
@@ -44,11 +45,14 @@ class VecEnv(vec_env.VecEnv):
         As for `walker_sim.WalkerVectorEnv`.
     render_mode
         ``rgb_array``, ``human`` (a window shows the first walker) or None.
+    world
+        As for `walker_sim.WalkerVectorEnv`.
 
     Attributes
     ----------
     reset_infos
-        Info of each walker's last reset, floats by name. ``error`` is present only if the engine
+        Info of each walker's last reset, floats by name; in a world also ``world``, what the
+        episode has drawn, floats by name. ``error`` is present only if the engine
         failed: that walker's observation is zeros, and its next step is another reset.
 
     Raises
@@ -70,27 +74,33 @@ class VecEnv(vec_env.VecEnv):
         num_threads: int = 0,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
+        world: AnyWorlds = None,
         **parameters: Any,
     ) -> None:
         made: VecEnvSpec | None = None
         if not isinstance(env_id, str):
             others = {**parameters, "render_mode": render_mode, "transport": transport}
+            others["world"] = world
             others.update(max_episode_steps=max_episode_steps, num_envs=num_envs)
             others.update(server=server, master_uri=master_uri, timeout=timeout, spin_us=spin_us)
             made = spec_of(env_id, others)
             env_id, num_envs, parameters = made.env_id, made.num_envs, dict(made.parameters)
             max_episode_steps, render_mode = made.max_episode_steps, made.render_mode
-        env_id = without_namespace(env_id)
+            world = made.worlds
+        self._env_id = env_id = without_namespace(env_id)
         parameters, camera = split_keywords(env_id, parameters)
         refuse_unknown(VecEnv.__init__, env_id, parameters)
         num_envs = to_count("num_envs", num_envs, 1)
         num_threads = to_count("num_threads", num_threads, 0)
+        worlds = to_worlds(env_id, world, num_envs)
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
         address = ServerAddress(transport, server, master_uri, timeout, spin_us)
         self._walkers = make_walkers(
             env_id, num_envs, "same_step", parameters, address, num_threads
         )
+        if world is not None:
+            self._walkers.set_world([], worlds)
         specification = self._walkers.specification
         self._pictures = Pictures(
             *(env_id, parameters, render_mode, camera, specification["dt"]), ("human", "rgb_array")
@@ -121,18 +131,20 @@ class VecEnv(vec_env.VecEnv):
         self.metadata["render_fps"] = shared["metadata"]["render_fps"]
 
     def reset(self) -> NDArray[Any]:
-        """Begins an episode of each walker, with the seeds set by `seed` since the last reset.
+        """Begins an episode of each walker, with the seeds set by `seed` since the last reset, and
+        with the option ``world`` of `set_options`, as for `WalkerEnv.reset`.
 
         Returns
         -------
         Observations, shape (num_envs, observation size).
         """
         self._check_open()
+        worlds = {i: given["world"] for i, given in enumerate(self._options) if "world" in given}
+        self.set_world([*worlds.values()], [*worlds])
         self._actions = None
         observations, info = self._walkers.reset([], self._seeds)
         self.reset_infos = self._to_dicts(info)
-        for i in range(self.num_envs):
-            self._add_reset_error(i)
+        self._complete_reset_infos([*range(self.num_envs)])
         self._reset_seeds()
         self._reset_options()
         for feed in self._feeds:
@@ -211,6 +223,15 @@ class VecEnv(vec_env.VecEnv):
             for feed in self._feeds:
                 feed.monitor.close()
 
+    def set_world(self, world: AnyWorlds, indices: VecEnvIndices = None) -> None:
+        """Sets the worlds of walkers from each one's next reset on, as
+        `walker_sim.WalkerVectorEnv.set_world`."""
+        self._check_open()
+        environments = self._to_indices(indices)
+        worlds = to_worlds(self._env_id, world, len(environments))
+        if environments:  # the core takes none for all
+            self._walkers.set_world(environments, worlds)
+
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
         """In process: returns the whole states of walkers, as `WalkerVectorEnv.get_state`."""
         self._check_open()
@@ -226,11 +247,15 @@ class VecEnv(vec_env.VecEnv):
         return copy.deepcopy(self)
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Returns an attribute of walkers: spaces, metadata, spec, dt, or a value of `set_attr`."""
+        """Returns an attribute of walkers: spaces, metadata, spec, dt, world, or a value of
+        `set_attr`."""
+        if attr_name == "world":
+            worlds = self._walkers.pool("world").worlds()
+            return [worlds[i] for i in self._get_indices(indices)]
         try:
             return [self._attributes[i][attr_name] for i in self._get_indices(indices)]
         except KeyError:
-            names = ", ".join(self._attributes[0])
+            names = ", ".join([*self._attributes[0], "world"])
             raise AttributeError(
                 f"a walker has no attribute {attr_name!r}; must be one of {names}"
             ) from None
@@ -242,6 +267,8 @@ class VecEnv(vec_env.VecEnv):
                 f"{attr_name} cannot be set to {value!r}: a walker's parameters are fixed when it"
                 " is made"
             )
+        if attr_name == "world":
+            raise AttributeError("world: cannot be set by set_attr; call set_world")
         for i in self._get_indices(indices):
             self._attributes[i][attr_name] = value
 
@@ -252,13 +279,16 @@ class VecEnv(vec_env.VecEnv):
         indices: VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
-        """Calls a `Monitor`'s getter or a function stored by `set_attr`; or, in process,
-        ``get_state``, or ``set_state`` with one state for all of these walkers."""
+        """Calls a `Monitor`'s getter or a function stored by `set_attr`; or ``set_world`` with one
+        world for all of these walkers; or, in process, ``get_state``, or ``set_state`` with one
+        state for all of these walkers."""
         if method_name not in self._attributes[0]:
             if method_name == "get_state":
                 return self.get_state(indices, *method_args, **method_kwargs)
             if method_name == "set_state":
                 return self._set_one_state(indices, *method_args, **method_kwargs)
+            if method_name == "set_world":
+                return self._set_one_world(indices, *method_args, **method_kwargs)
         methods = self.get_attr(method_name, indices)
         return [method(*method_args, **method_kwargs) for method in methods]
 
@@ -282,12 +312,16 @@ class VecEnv(vec_env.VecEnv):
             if error:
                 final["error"] = error
             self.reset_infos[i], infos[i] = infos[i], final
-            self._add_reset_error(i)
+        self._complete_reset_infos(ended)
 
-    def _add_reset_error(self, index: int) -> None:
-        error = self._walkers.reset_error(index)
-        if error:
-            self.reset_infos[index]["error"] = error
+    def _complete_reset_infos(self, begun: list[int]) -> None:
+        """Adds what these walkers have drawn from their worlds, and their engines' errors."""
+        for i, drawn in zip(begun, self._walkers.world_values(begun)):
+            if drawn:
+                self.reset_infos[i]["world"] = drawn
+            error = self._walkers.reset_error(i)
+            if error:
+                self.reset_infos[i]["error"] = error
 
     def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
         """Returns each row as a dictionary, without absent values, which are NaN."""
@@ -302,6 +336,11 @@ class VecEnv(vec_env.VecEnv):
     def _set_one_state(self, indices: VecEnvIndices, state: bytes) -> list[None]:
         chosen = self._to_indices(indices)
         self.set_state([state] * len(chosen), chosen)
+        return [None] * len(chosen)
+
+    def _set_one_world(self, indices: VecEnvIndices, world: AnyWorld) -> list[None]:
+        chosen = self._to_indices(indices)
+        self.set_world(to_world(self._env_id, world), chosen)
         return [None] * len(chosen)
 
     def _to_indices(self, indices: VecEnvIndices) -> list[int]:

@@ -15,6 +15,7 @@ from stable_baselines3.common.monitor import Monitor
 
 from walker_sim import _core
 from walker_sim.environment import WalkerEnv
+from walker_sim.worlds import World
 
 EnvFns = Sequence[Callable[[], gymnasium.Env]]
 
@@ -65,6 +66,7 @@ class VecEnvSpec:
     parameters: dict[str, Any]
     max_episode_steps: int  # -1: no limit
     render_mode: str | None
+    worlds: list[World]  # one per walker
     spaces: tuple[gymnasium.Space[Any], gymnasium.Space[Any]]  # observations, actions
     feeds: list[MonitorFeed]  # one per walker, or none
 
@@ -122,6 +124,7 @@ def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
         max_episode_steps=parameters.pop("max_episode_steps"),
         render_mode=parameters.pop("render_mode"),
         parameters=parameters,
+        worlds=[walker.world for walker, _, _ in made],
         spaces=(walker.observation_space, walker.action_space),
         feeds=[MonitorFeed(monitor) for monitor in monitors],
     )

@@ -12,6 +12,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.worlds import World, WorldValues
 
 if TYPE_CHECKING:
     from walker_sim.in_process import InProcessWalkers
@@ -120,6 +121,22 @@ class Walkers(ABC):
 
         Empty `environments` stands for all. `seeds` is empty or has one element for each of these.
         """
+
+    @abstractmethod
+    def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
+        """Sets the worlds of environments' resets to come: one for all of them, or one each.
+
+        Empty `environments` stands for all. On an error, no world has changed.
+        """
+
+    @abstractmethod
+    def world_values(self, environments: list[int]) -> list[WorldValues]:
+        """Returns what the present episodes of these environments have drawn from their worlds."""
+
+    @abstractmethod
+    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
+        """Of the last step's rows, whose environments are `environments`, returns those that have
+        begun an episode in a world, with what it has drawn."""
 
     def pool(self, name: str) -> InProcessWalkers:
         """Returns this object, if it is in process; else raises an AttributeError with `name`."""

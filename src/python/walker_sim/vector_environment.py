@@ -17,7 +17,8 @@ from walker_sim.in_process import InProcessWalkers
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import Draw, Picture, Pictures, metadata_of, split_keywords
 from walker_sim.transport import Batch, ServerAddress, attributes_of, make_walkers, spaces_of
-from walker_sim.vector_infos import Infos, add_errors, add_finals, to_infos
+from walker_sim.vector_infos import Infos, add_errors, add_finals, add_worlds, to_infos
+from walker_sim.worlds import AnyWorlds, World, to_worlds
 
 try:
     from gymnasium.vector import AutoresetMode
@@ -54,6 +55,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         Step on which an episode is truncated; None: the id's limit; -1 or 0: no limit.
     render_mode
         As for `WalkerEnv`. ``human`` shows the first walker.
+    world
+        As for `WalkerEnv`; or a sequence with one world per walker.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
+        world: AnyWorlds = None,
         **parameters: Any,
     ) -> None:
         self.closed = True  # if the constructor raises, close() has nothing to do
@@ -87,12 +91,16 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if max_episode_steps is not None:
             parameters["max_episode_steps"] = 0 if max_episode_steps == -1 else max_episode_steps
         self.num_envs = arguments.to_count("num_envs", num_envs, 1)
+        self._env_id = env_id
+        worlds = to_worlds(env_id, world, self.num_envs)
         self._walkers = make_walkers(
             *(env_id, self.num_envs, self.autoreset_mode.name.lower(), parameters),
             ServerAddress(transport, server, master_uri, timeout, spin_us),
             arguments.to_count("num_threads", num_threads, 0),
             arguments.to_count("batch_size", batch_size, 0),
         )
+        if world is not None:
+            self._walkers.set_world([], worlds)
         specification = self._walkers.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self.closed = False
@@ -138,6 +146,36 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         """In process: the last seed of each generator; -1: unknown."""
         return self._pool("np_random_seed").seeds()
 
+    @property
+    def world(self) -> tuple[World, ...]:
+        """In process: the worlds of the walkers' resets to come, as `WalkerEnv.world`."""
+        return self._pool("world").worlds()
+
+    def set_world(self, world: AnyWorlds, indices: ArrayLike | None = None) -> None:
+        """Sets the worlds of walkers from each one's next reset on, also within an autoreset.
+
+        Parameters
+        ----------
+        world
+            One world for all of these walkers, as for `WalkerEnv.set_world`, or a sequence with one
+            for each of them.
+        indices
+            Distinct indices of the walkers; None: all.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If a walker cannot apply its world, or the number of worlds or an index is wrong. No
+            world has changed.
+        RuntimeError
+            If one of the walkers is in flight, i.e. between `send` and `recv`.
+        """
+        self._require_open("set_world")
+        environments = arguments.to_indices("indices", indices, self.num_envs)
+        worlds = to_worlds(self._env_id, world, len(environments))
+        if environments:  # the core takes none for all
+            self._walkers.set_world(environments, worlds)
+
     def reset(
         self, *, seed: arguments.Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[NDArray[Any], Infos]:
@@ -149,38 +187,49 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             The first walker's seed, from which the others' count upwards; or a sequence with one
             seed per walker, in which None lets the generator continue.
         options
-            ``reset_mask``, shape (num_envs,), bool: the walkers to reset, by default all. Other
-            options are ignored, as by Gymnasium's walkers.
+            ``reset_mask``, shape (num_envs,), bool: the walkers to reset, by default all.
+            ``world``: the world of these walkers' present and following episodes, or a sequence
+            with one for each of all walkers, of which the others' are not applied. Other options
+            are ignored, as by Gymnasium's walkers.
 
         Returns
         -------
         observations
             Shape (num_envs, observation size); for a walker that was not reset, its last one.
         infos
-            Infos of the walkers that were reset. ``infos["error"]`` is present only if an engine
-            failed: that walker has no episode and its observation is zeros; the others are not
-            affected. In ``next_step`` and ``same_step`` its next step is another reset; in
+            Infos of the walkers that were reset. ``infos["world"]``, present if any of them has a
+            world, has what they have drawn: arrays by name. ``infos["error"]`` is present only if
+            an engine failed: that walker has no episode and its observation is zeros; the others
+            are not affected. In ``next_step`` and ``same_step`` its next step is another reset; in
             ``disabled`` its next step raises `ResetNeeded`.
 
         Raises
         ------
         ValueError, TypeError, gymnasium.error.Error
-            If the seeds or the mask have the wrong size or type, or a seed is negative. All states
-            are unchanged.
+            If the seeds, the mask or the worlds have the wrong size or type, a seed is negative, or
+            a walker cannot apply its world. All states are unchanged.
         """
         self._require_open("reset")
         seeds = arguments.to_seeds(seed, self.num_envs)
-        mask, chosen = np.ones(self.num_envs, np.bool_), []
+        mask, listed = np.ones(self.num_envs, np.bool_), []  # an empty list: all
         if not isinstance(options, (Mapping, type(None))):
             raise TypeError(f"options = {_core.shown(options)}: must be a dictionary, or None")
         if options is not None and "reset_mask" in options:
             mask = arguments.to_mask(options["reset_mask"], self.num_envs)
-            chosen = np.flatnonzero(mask).tolist()
-            seeds = [seeds[i] for i in chosen] if seeds else []
-        observations, info = self._walkers.reset(chosen, seeds)
+            listed = np.flatnonzero(mask).tolist()
+            seeds = [seeds[i] for i in listed] if seeds else []
+        chosen = listed or [*range(self.num_envs)]
+        if options is not None and "world" in options:
+            worlds = to_worlds(self._env_id, options["world"], self.num_envs)
+            self._walkers.set_world(
+                listed, worlds if len(worlds) == 1 else [worlds[i] for i in chosen]
+            )
+        observations, info = self._walkers.reset(listed, seeds)
         if mask[0]:
             self._show_first(self._pictures.begin)
         infos = to_infos(self._info_names, info, mask)
+        drawn = zip(chosen, self._walkers.world_values(chosen))
+        add_worlds(infos, self.num_envs, {i: values for i, values in drawn if values})
         add_errors(infos, mask, range(self.num_envs), self._walkers.reset_error)
         return observations, infos
 
@@ -200,7 +249,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         -------
         observations, rewards, terminated, truncated, infos
             Shapes (n, observation size) and (n,), in the order of `env_id`, which is then in
-            ``infos["env_id"]``. ``infos["error"]`` is present only if an engine had to end an
+            ``infos["env_id"]``. ``infos["world"]`` is present if this step has begun an episode in
+            a world, as after `reset`. ``infos["error"]`` is present only if an engine had to end an
             episode or failed at an autoreset. After a failed autoreset the new episode has ended at
             once, its observation is zeros, and the next step is another reset. In ``same_step`` the
             error of an episode is in ``final_info``, that of the following reset in ``infos``.
@@ -310,9 +360,9 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         return copy.deepcopy(self)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Returns an attribute of each walker: ``np_random``, ``np_random_seed``, its spaces,
-        ``render_mode``, ``dt``, or a constant attribute of `walker_sim.WalkerEnv`."""
-        if name in ("np_random", "np_random_seed"):
+        """Returns an attribute of each walker: ``np_random``, ``np_random_seed``, ``world``, its
+        spaces, ``render_mode``, ``dt``, or a constant attribute of `walker_sim.WalkerEnv`."""
+        if name in ("np_random", "np_random_seed", "world"):
             return tuple(getattr(self, name))
         shared = {
             "action_space": self.single_action_space,
@@ -324,7 +374,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if name not in shared:
             raise AttributeError(
                 f"{name}: the walkers have no such attribute; must be one of np_random, "
-                f"np_random_seed, {', '.join(shared)}"
+                f"np_random_seed, world, {', '.join(shared)}"
             )
         return (shared[name],) * self.num_envs
 
@@ -381,6 +431,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         ended = batch.terminated | batch.truncated
         if np.count_nonzero(ended):
             self._add_ends(infos, ended, environments)
+        add_worlds(infos, len(ended), self._walkers.drawn_worlds(environments))
         if 0 in environments:
             self._show_first(self._pictures.follow)
         return batch.observations, batch.rewards, batch.terminated, batch.truncated, infos

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, Iterable, Sequence
+from typing import Any, Callable, Dict, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,21 @@ def to_infos(
             infos[name] = column
             infos[f"_{name}"] = mask
     return infos
+
+
+def add_worlds(infos: Infos, count: int, drawn: Mapping[int, Mapping[str, float]]) -> None:
+    """Adds ``world``, a dictionary in the same layout, if any of the `count` rows has `drawn`."""
+    if not drawn:
+        return
+    worlds: Infos = {}
+    masks = infos["_world"] = np.zeros(count, np.bool_)
+    for row, values in drawn.items():
+        masks[row] = True
+        for name, value in values.items():
+            if name not in worlds:
+                worlds[name], worlds[f"_{name}"] = np.zeros(count), np.zeros(count, np.bool_)
+            worlds[name][row], worlds[f"_{name}"][row] = value, True
+    infos["world"] = worlds
 
 
 def add_errors(

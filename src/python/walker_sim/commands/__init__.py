@@ -1,4 +1,4 @@
-"""The command line: ``python3 -m walker_sim evaluate|play|record|train|convert|bench|hash``."""
+"""The command line: ``python3 -m walker_sim COMMAND``, one of `COMMANDS`."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ COMMANDS = {
     "train": "trains a policy with Stable-Baselines3 on many walkers at once",
     "convert": "converts a model of Stable-Baselines3 or ONNX to a policy file",
     "bench": "measures steps per second beside Gymnasium's own walker",
+    "worlds": "lists the presets and the parameters of --world, with their limits",
     "hash": "prints one number for all bits of a fixed run, to compare machines",
 }
 

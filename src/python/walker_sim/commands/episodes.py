@@ -52,6 +52,7 @@ class Episode:
     end: str = ""  # arrived, fell, terminated, time limit or failed
     info: dict[str, float] = field(default_factory=dict)  # of the last step
     error: str = ""  # the engine's error, if it ended the episode
+    world: dict[str, float] = field(default_factory=dict)  # drawn from its world
     steps: Steps = field(default_factory=lambda: Steps([], [], [], [], [], []))
 
 
@@ -91,8 +92,10 @@ def play(
         free = []
         if begun:
             observations, info = walkers.reset([*begun], [seed for _, seed in begun.values()])
-        for environment, (order, seed) in begun.items():
-            episode = Episode(order, seed, error=walkers.reset_error(environment))
+        drawn = walkers.world_values([*begun])
+        for (environment, (order, seed)), world in zip(begun.items(), drawn):
+            error = walkers.reset_error(environment)
+            episode = Episode(order, seed, error=error, world=world)
             if keeps_steps:
                 episode.steps.begin(observations[environment], info[environment])
             if episode.error:

@@ -11,6 +11,7 @@ from walker_sim.commands import options as common
 from walker_sim.commands import results
 from walker_sim.commands.episodes import play, shown
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
+from walker_sim.worlds import to_world
 
 EPISODES = 100
 
@@ -32,6 +33,7 @@ examples:
   python3 -m walker_sim evaluate BipedalWalkerHardcore-v3 --policy model.zip --seeds 1000:1200 \\
       --csv hardcore.csv --plot hardcore.png
   python3 -m walker_sim evaluate Walker2d-v5 --policy my_policies:walk ctrl_cost_weight=0.01
+  python3 -m walker_sim evaluate Walker2d-v5 --policy shipped --world pushed --csv pushed.csv
   python3 -m walker_sim evaluate BipedalWalker-v3 --transport ros --episodes 20
 """
 
@@ -63,6 +65,7 @@ def _parser() -> common.Parser:
         metavar="FILE",
         help="returns by seed and their histogram: .png, .svg or .pdf (needs matplotlib)",
     )
+    common.add_world(parser)
     common.add_walker_options(parser)
     common.add_num_envs(parser)
     return parser
@@ -76,7 +79,10 @@ def run(arguments: Sequence[str]) -> int:
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options, env_id, parameters, walkers.specification)
-    table = results.Table(options.csv, walkers.specification["info_names"]) if options.csv else None
+    world = to_world(env_id, options.world)
+    table = None
+    if options.csv:
+        table = results.Table(options.csv, walkers.specification["info_names"], [*world])
     began = time.monotonic()
     episodes = []
     try:
@@ -98,6 +104,8 @@ def run(arguments: Sequence[str]) -> int:
     summary = results.summarise(episodes, threshold)
     policy = policy_text(options)
     walker = " ".join([env_id, *(word for word in options.walker if "=" in word)])
+    if options.world is not None:
+        walker += f", world {options.world}"
     title = f"{walker}, policy {policy}, {len(seeds)} episode{'s' if len(seeds) > 1 else ''}"
     returns = [episode.episode_return for episode in episodes]
     lines = [*results.report(summary, threshold), "", *results.histogram(returns)]
@@ -118,6 +126,8 @@ def run(arguments: Sequence[str]) -> int:
             "policy": policy,
             "engine": walkers.specification["engine_version"],
         }
+        if options.world is not None:
+            head["world"] = world
         results.write_json(options.json, head, summary, episodes)
     if options.plot:
         results.write_plot(options.plot, title, episodes, summary, threshold)

@@ -13,6 +13,7 @@ from typing import Any, NoReturn, Sequence
 from walker_sim import _core, transport
 from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, ServerAddress, Walkers
+from walker_sim.worlds import to_world
 
 DEFAULT_NUM_ENVS = 16  # in process
 MAX_SEEDS = 1_000_000
@@ -69,6 +70,17 @@ def add_walker_options(parser: Parser) -> None:
         type=count,
         metavar="N",
         help="threads that step walkers in process (default: one per processor)",
+    )
+    parser.set_defaults(world=None)
+
+
+def add_world(parser: Parser, default: str = "Gymnasium's, over ROS the server's") -> None:
+    parser.add_argument(
+        "--world",
+        metavar="WORLD",
+        help="level, physics, disturbances, delays and noise: a preset's name, a YAML file, or a "
+        "text: '{gravity: -5, push_interval: [1, 3]}'. `worlds` lists presets and parameters "
+        f"(default: {default})",
     )
 
 
@@ -241,11 +253,14 @@ def make_walkers(
     if options.transport == "inprocess":
         count = min(num_envs or (1 if reuses else DEFAULT_NUM_ENVS), max_envs)
     try:
+        world = to_world(env_id, options.world)
         walkers = transport.make_walkers(
             *(env_id, count, "next_step", parameters),
             ServerAddress(options.transport, options.server),
             options.num_threads or 0,
         )
+        if options.world is not None:
+            walkers.set_world([], [world])
     except (ValueError, TypeError, RuntimeError) as error:
         raise InputError(str(error)) from error
     if reuses and walkers.num_envs > 1:

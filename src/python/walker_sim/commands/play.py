@@ -17,6 +17,7 @@ from walker_sim.commands.policies import POLICY_HELP, Policies, make_policies
 from walker_sim.rendering import Pictures, split_keywords
 from walker_sim.transport import Walkers
 from walker_sim.window import Pace, load_pygame, open_window, to_surface
+from walker_sim.worlds import text_of
 
 EPISODES = 100
 END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
@@ -50,6 +51,7 @@ camera_name=track or camera_id=0 the camera.
 examples:
   python3 -m walker_sim play
   python3 -m walker_sim play Walker2d-v5 --speed 0.25
+  python3 -m walker_sim play BipedalWalker-v3 --world hard
   python3 -m walker_sim play BipedalWalkerHardcore-v3 --policy model.zip --seeds 1000:1010
 """
 
@@ -58,6 +60,7 @@ class Session:
     """Endless sequence of episodes of one walker.
 
     `episode` counts from 1. `end` is the result of `end_of`, empty while the episode continues.
+    `world` is what the episode has drawn from its world.
     """
 
     def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
@@ -78,6 +81,7 @@ class Session:
         error = self._walkers.reset_error(0)
         if error:
             raise RuntimeError(f"seed {self.seed}: the simulation failed at its reset: {error}")
+        self.world = self._walkers.world_values([0])[0]
         self.step_count, self.episode_return, self.end = 0, 0.0, ""
 
     def step(self) -> None:
@@ -220,9 +224,10 @@ class Viewer:
         is_due = self.pace.is_picture_due()
         if session.end:
             self._ended_at = self._now()
+            world = f", world {text_of(session.world)}" if session.world else ""
             print(
-                f"episode {session.episode}, seed {session.seed}: "
-                f"return {session.episode_return:.1f}, {session.step_count} steps, {session.end}"
+                f"episode {session.episode}, seed {session.seed}: return "
+                f"{session.episode_return:.1f}, {session.step_count} steps, {session.end}{world}"
             )
         if is_due or session.end:
             self._show()
@@ -243,6 +248,7 @@ def run(arguments: Sequence[str]) -> int:
         metavar="FACTOR",
         help="initial simulation time per wall time (default: 1)",
     )
+    common.add_world(parser)
     common.add_walker_options(parser)
     options = parser.parse_intermixed_args(arguments)
     if not MIN_SPEED <= options.speed <= MAX_SPEED:

@@ -14,6 +14,7 @@ from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, Steps, play, shown
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
+from walker_sim.worlds import text_of, to_world
 
 FORMAT = 1
 EPISODES = 10
@@ -33,6 +34,8 @@ numpy.load(FILE) reads the file, without pickle. With T steps and E episodes in 
   actions                         (T, action size) float32
   rewards, terminated, truncated  (T,) float64, bool, bool
   info_names                      columns of infos, where NaN is an absent value
+  worlds                          (E,) what each episode has drawn from its world, as a text for
+                                  --world; empty: Gymnasium's
   id, parameter_names, parameter_values, policy, transport
                                   what was recorded, and where
   engine, engine_version          with the variant of the C library ("libm")
@@ -48,6 +51,7 @@ EPILOG = f"""\
 examples:
   python3 -m walker_sim record BipedalWalker-v3 --output walk.npz
   python3 -m walker_sim record Walker2d-v5 --policy model.zip --seeds 0:50 --output expert.npz
+  python3 -m walker_sim record BipedalWalker-v3 --world hard --output hard.npz
   python3 -m walker_sim record --check walk.npz
   python3 -m walker_sim record --check walk.npz --transport ros    # the same bits over ROS
 """
@@ -63,6 +67,7 @@ def run(arguments: Sequence[str]) -> int:
         "--check", type=Path, metavar="FILE", help="repeat this file's episodes, on its environment"
     )
     common.add_episodes(parser, EPISODES)
+    common.add_world(parser)
     common.add_walker_options(parser)
     common.add_num_envs(parser)
     options = parser.parse_intermixed_args(arguments)
@@ -106,6 +111,9 @@ def arrays_of(
         "numpy_version": np.__version__,
         "info_names": np.array(specification["info_names"], np.str_),
         "seeds": np.array([episode.seed for episode in episodes], np.uint64),
+        "worlds": np.array(
+            [text_of(episode.world) if episode.world else "" for episode in episodes], np.str_
+        ),
         "episode_starts": np.cumsum([0, *(episode.length for episode in episodes)], dtype=np.int64),
         **{
             name: np.concatenate([getattr(episode.steps, name) for episode in episodes])
@@ -122,6 +130,7 @@ _LAYOUTS: dict[str, tuple[int, str, str]] = {
     "engine": (0, "str", ""),
     "engine_version": (0, "str", ""),
     "seeds": (1, "uint64", "episodes"),
+    "worlds": (1, "str", "episodes"),
     "episode_starts": (1, "int64", ""),
     "observations": (2, "float32 or float64", "states"),
     "infos": (2, "float64", "states"),
@@ -143,6 +152,8 @@ def load(path: Path) -> dict[str, NDArray[Any]]:
             with np.load(path) as file:
                 arrays = {name: file[name] for name in file.files}
         found = int(arrays["format"])
+        if "seeds" in arrays:  # written before there were worlds
+            arrays.setdefault("worlds", np.full(np.shape(arrays["seeds"]), ""))
         for array in arrays.values():
             if array.dtype.kind == "U":
                 array.tolist()  # raises for invalid code points
@@ -189,7 +200,7 @@ def _check_layout(arrays: Mapping[str, NDArray[Any]]) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
-    for name in ("walker", "seeds", "episodes"):
+    for name in ("walker", "seeds", "episodes", "world"):
         if getattr(options, name):
             raise common.InputError(f"--check {options.check}: not allowed with {name}")
     recorded = load(options.check)
@@ -198,7 +209,8 @@ def _check(options: argparse.Namespace) -> int:
     try:
         _, parameters = common.walker_of([env_id, *map("=".join, pairs)])
         walkers = common.make_walkers(options, env_id, parameters, options.num_envs, 1)
-    except common.InputError as error:
+        worlds = [to_world(env_id, text or None) for text in recorded["worlds"].tolist()]
+    except (common.InputError, ValueError) as error:
         raise common.InputError(f"{options.check}: {error}") from error
     size = len(walkers.specification["action_low"])
     if recorded["actions"].shape[1] != size:
@@ -220,6 +232,7 @@ def _check(options: argparse.Namespace) -> int:
     num_equal = 0
     for index, seed in enumerate(recorded["seeds"].tolist()):
         episode = _episode(recorded, index)
+        walkers.set_world([], [worlds[index]])
         difference = repeat(walkers, seed, episode)
         num_equal += not difference
         print(

@@ -134,6 +134,8 @@ def write_json(
     for episode in episodes:
         outcome = dataclasses.asdict(episode)
         del outcome["order"], outcome["steps"]
+        if not episode.world:
+            del outcome["world"]
         outcome["return"] = outcome.pop("episode_return")
         outcomes.append(outcome)
     fields = {**head, **summary._asdict(), "interval_method": METHOD, "outcomes": outcomes}
@@ -147,14 +149,16 @@ class Table:
     ----------
     path
         File to overwrite. If it is not seekable, such as a pipe, `finish` writes all lines.
-    info_names
-        Columns besides those of every walker.
+    info_names, world_names
+        Columns besides those of every walker: of infos, and of the parameters of the world.
     """
 
-    def __init__(self, path: Path, info_names: Sequence[str]) -> None:
-        self._names = info_names
+    def __init__(
+        self, path: Path, info_names: Sequence[str], world_names: Sequence[str] = ()
+    ) -> None:
+        self._info_names, self._world_names = info_names, world_names
         self._file = path.open("wb")
-        self._head = _line([*FIELDS, *info_names, "error"])
+        self._head = _line([*FIELDS, *info_names, *world_names, "error"])
         self._append(self._head)
 
     def add(self, episode: Episode) -> None:
@@ -174,10 +178,11 @@ class Table:
 
     def _line_of(self, episode: Episode) -> bytes:
         """Returns a line, with all digits of numbers; absent info is empty."""
-        info = [episode.info.get(name, "") for name in self._names]
+        info = [episode.info.get(name, "") for name in self._info_names]
+        world = [episode.world.get(name, "") for name in self._world_names]
         outcome = (episode.terminated, episode.truncated, episode.end)
         row = (episode.seed, episode.episode_return, episode.length, *outcome)
-        return _line([*row, *info, episode.error])
+        return _line([*row, *info, *world, episode.error])
 
 
 def _line(row: Sequence[object]) -> bytes:

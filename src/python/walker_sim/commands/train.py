@@ -14,7 +14,8 @@ from typing import Any, Sequence
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.files import package_file
-from walker_sim.training.settings import Settings, SettingsError, read_settings
+from walker_sim.training.settings import Settings, read_settings
+from walker_sim.worlds import to_world
 
 DESCRIPTION = """\
 Trains a policy with Stable-Baselines3, with the settings that the package includes for ID. Training
@@ -41,6 +42,7 @@ def _parser() -> common.Parser:
     parser.add_argument(
         "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
     )
+    common.add_world(parser, "the settings'")
     parser.add_argument(
         "--settings", type=Path, metavar="FILE", help="YAML file (default: the package's for ID)"
     )
@@ -78,7 +80,7 @@ def run(arguments: Sequence[str]) -> int:
         raise InputError(f"needs pip install 'walker_sim[train]' ({error})") from error
     try:
         env_id, settings, folder = (_resumed if options.resume else _new)(options)
-    except SettingsError as error:
+    except ValueError as error:  # of the settings or the world
         raise InputError(str(error)) from error
     if threads:
         torch.set_num_threads(threads)
@@ -114,6 +116,8 @@ def _new(options: argparse.Namespace) -> tuple[str, Settings, Path]:
     for name in ("steps", "seed"):
         if getattr(options, name) is not None:
             changes[name] = getattr(options, name)
+    if options.world is not None:
+        changes["world"] = to_world(env_id, options.world)
     folder = options.out or Path("runs") / env_id
     if (folder / "checkpoint").exists():
         raise InputError(f"--out {folder}: has a training, which --resume {folder} continues")
@@ -121,7 +125,7 @@ def _new(options: argparse.Namespace) -> tuple[str, Settings, Path]:
 
 
 def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path]:
-    for name in ("walker", "settings", "out", "steps", "seed"):
+    for name in ("walker", "world", "settings", "out", "steps", "seed"):
         if getattr(options, name) not in (None, []):
             raise InputError(f"--resume {options.resume}: not allowed with {name}")
     folder = options.resume

@@ -26,13 +26,19 @@ class Evaluation:
     """Plays the same episodes for each policy, many at once."""
 
     def __init__(
-        self, env_id: str, parameters: Mapping[str, Any], episodes: int, num_threads: int
+        self,
+        env_id: str,
+        parameters: Mapping[str, Any],
+        world: Mapping[str, tuple[float, float]],
+        episodes: int,
+        num_threads: int,
     ) -> None:
         # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in parameters.items() if name != "reuse_world"}
         self._walkers = make_walkers(
             *(env_id, min(episodes, MAX_ENVS), "next_step", own, ServerAddress()), num_threads
         )
+        self._walkers.set_world([], [dict(world)])
         self._seeds = range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes)
 
     def returns(self, network: _core.Policy) -> NDArray[np.float64]:

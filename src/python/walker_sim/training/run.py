@@ -63,7 +63,7 @@ class Training:
         self.env_id, self.settings, self.folder, self.report = env_id, settings, folder, report
         if walkers is None:
             parameters = {**settings.parameters, "num_threads": num_threads}
-            walkers = sb3.VecEnv(env_id, settings.num_envs, **parameters)
+            walkers = sb3.VecEnv(env_id, settings.num_envs, world=settings.world, **parameters)
         self.walkers = learner.wrap(walkers, settings)
         self.model = learner.make_learner(settings, self.walkers)
         self.walkers.seed(learner.FIRST_TRAINING_SEED + (settings.seed << 20))
@@ -72,7 +72,8 @@ class Training:
         self.best = -np.inf
         self.wants_to_stop = False
         self._evaluation = Evaluation(
-            env_id, settings.parameters, settings.evaluation_episodes, num_threads
+            *(env_id, settings.parameters, settings.world),
+            *(settings.evaluation_episodes, num_threads),
         )
         self._began = 0.0
         self._evaluating = 0.0  # time spent evaluating, minus the checkpoint's `seconds` [s]
@@ -168,6 +169,7 @@ class Training:
             for each in zip(*self.networks)
         ]
         settings, walkers = self.settings, self.walkers
+        world = {"world": _core.world_text(dict(settings.world))} if settings.world else {}
         return PolicyFile(
             env_id=self.env_id,
             parameters={name: str(value) for name, value in settings.parameters.items()},
@@ -183,6 +185,7 @@ class Training:
                 "steps": str(self.steps),
                 "seed": str(settings.seed),
                 "settings": settings.hash(),
+                **world,
             },
         )
 

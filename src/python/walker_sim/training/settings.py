@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Mapping
 
+from walker_sim.worlds import World, read_world
+
 Check = Callable[[str, Any], Any]
 """Returns the value of a setting, given its name and content; SettingsError if invalid."""
 
@@ -82,6 +84,13 @@ def _parameters(name: str, value: Any) -> dict[str, Any]:
     return {str(parameter): given for parameter, given in value.items()}
 
 
+def _world(name: str, value: Any) -> World:
+    try:
+        return read_world(value)
+    except (TypeError, ValueError) as error:
+        raise SettingsError(f"{name}: {error}") from error
+
+
 def _changes(name: str, value: Any) -> dict[int, dict[str, Any]]:
     changes: dict[int, dict[str, Any]] = {}
     for step, change in _mapping(name, value).items():
@@ -112,6 +121,8 @@ class Settings:
     seed: int = _setting(0, _whole(0))
     parameters: Mapping[str, Any] = _setting({}, _parameters)
     """Parameters of the environment by name."""
+    world: Mapping[str, tuple[float, float]] = _setting({}, _world)
+    """World in which the policy is trained and evaluated."""
     num_envs: int = _setting(256, _whole(1))
     rollout: int = _setting(64, _whole(1))
     """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
@@ -156,7 +167,10 @@ class Settings:
 
     def hash(self) -> str:
         """Returns the SHA-256 of the settings, independent of the file's order and layout."""
-        text = json.dumps(dataclasses.asdict(self), sort_keys=True)
+        fields = dataclasses.asdict(self)
+        if not self.world:
+            del fields["world"]  # policies from before there were worlds keep their hashes
+        text = json.dumps(fields, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
 

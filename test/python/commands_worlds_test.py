@@ -1,0 +1,204 @@
+"""--world of the commands, and the command worlds."""
+
+import csv
+import json
+import pathlib
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
+from walker_sim import _core
+from walkers import IDS, make_ours
+
+WORLD = "{gravity: [-12, -8], push_interval: [1, 2], action_delay: 0.02}"
+
+
+def test_the_presets_are_listed(command):
+    lines = command("worlds").out.splitlines()
+    assert [line.split()[0] for line in lines] == _core.world_presets()
+    for line in lines:
+        name, text = line.split(maxsplit=1)
+        assert _core.load_world(text) == _core.load_world(name)
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_the_parameters_are_listed(command, environment_id):
+    lines = command("worlds", f"walker_sim/{environment_id}").out.splitlines()
+    assert lines[0].split() == ["parameter", "unit", "Gymnasium's", "from", "to"]
+    assert [line.split()[0] for line in lines[1:]] == [
+        parameter["name"] for parameter in _core.world_parameters(environment_id)
+    ]
+    row = next(line for line in lines if line.startswith("push_interval"))
+    assert re.match(r"push_interval +s +- +0.001 +1000 +Time from one push", row)
+
+
+def test_the_docs_show_the_output(command):
+    page = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "cli.md").read_text("utf-8")
+    block = re.search(r"^\$ .* worlds BipedalWalker-v3\n((?:.*\n)*?)```", page, re.MULTILINE)[1]
+    lines = command("worlds", "BipedalWalker-v3").out.splitlines()
+    assert block.splitlines() == [*lines[:2], "..."]
+
+
+def outcomes_of(file):
+    return json.loads(file.read_text())["outcomes"]
+
+
+def test_evaluate_writes_what_was_drawn(command, tmp_path):
+    """Each episode is that of gymnasium.make with the drawn numbers."""
+    table, file = tmp_path / "a.csv", tmp_path / "a.json"
+    words = ["evaluate", "BipedalWalker-v3", "--world", WORLD, "--episodes", 6]
+    out = command(*words, "--csv", table, "--json", file, "--num-envs", 4).out
+    assert out.startswith(f"BipedalWalker-v3, world {WORLD}, policy heuristic, 6 episodes\n")
+    assert command(*words, "--num-envs", 1).out == out
+    whole = json.loads(file.read_text())
+    assert whole["world"] == {
+        "gravity": [-12, -8],
+        "push_interval": [1, 2],
+        "action_delay": [0.02, 0.02],
+    }
+    with table.open(newline="") as text:
+        rows = list(csv.DictReader(text))
+    for row, outcome in zip(rows, whole["outcomes"]):
+        drawn = outcome["world"]
+        assert {name: float(row[name]) for name in drawn} == drawn
+        env = make_ours("BipedalWalker-v3")
+        heuristic = BipedalWalkerHeuristics()
+        observation, info = env.reset(seed=outcome["seed"], options={"world": drawn})
+        assert info["world"] == drawn
+        episode_return, ended = 0.0, False
+        while not ended:
+            action = np.asarray(heuristic.step_heuristic(observation), np.float32)
+            observation, reward, terminated, truncated, _ = env.step(action)
+            episode_return += reward
+            ended = terminated or truncated
+        assert episode_return == outcome["return"]
+
+
+def test_without_a_world_the_files_have_none(command, tmp_path):
+    table, file = tmp_path / "a.csv", tmp_path / "a.json"
+    words = ["Hopper-v5", "--episodes", 2, "--csv", table, "--json", file]
+    plain = command("evaluate", *words).out
+    assert "gravity" not in table.read_text() and "world" not in plain
+    assert '"world"' not in file.read_text()
+    before = outcomes_of(file)
+    out = command("evaluate", *words, "--world", "gymnasium").out
+    assert out == plain.replace("Hopper-v5,", "Hopper-v5, world gymnasium,", 1)
+    assert outcomes_of(file) == before
+
+
+@pytest.fixture
+def record(tmp_path, command):
+    def run(*arguments):
+        file = tmp_path / "walk.npz"
+        command("record", *arguments, "--output", file)
+        with np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays), file
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["BipedalWalker-v3", "--world", "hard", "--episodes", 4],
+        ["BipedalWalker-v3", "--world", WORLD, "--episodes", 4],
+        ["Walker2d-v5", "--policy", "random", "--world", "noisy", "--episodes", 4],
+        ["Hopper-v4", "--world", "{gravity: [-12, -8], dropout: 0.5}", "--episodes", 6],
+    ],
+)
+def test_check_repeats_a_record(record, command, arguments):
+    recorded, file = record(*arguments)
+    env = make_ours(arguments[0], world=arguments[arguments.index("--world") + 1])
+    for seed, text in zip(recorded["seeds"].tolist(), recorded["worlds"].tolist()):
+        drawn = {name: low for name, (low, _) in _core.load_world(text).items()}
+        assert env.reset(seed=seed)[1]["world"] == drawn
+    count = len(recorded["seeds"])
+    for num_envs in (1, 3):
+        out = command("record", "--check", file, "--num-envs", num_envs).out
+        assert f"{count} of {count} episodes equal to the bit" in out
+
+
+def test_a_record_without_worlds(record, command):
+    """Gymnasium's world, and a file that was written before there were worlds."""
+    recorded, file = record("Hopper-v5", "--episodes", 2)
+    assert recorded["worlds"].tolist() == ["", ""]
+    del recorded["worlds"]
+    np.savez(file, **recorded)
+    assert "2 of 2 episodes equal to the bit" in command("record", "--check", file).out
+
+
+@pytest.mark.parametrize(
+    ("world", "message"),
+    [
+        ("{gravity: -1000}", "gravity = -1000.0: must be in [-50.0, 0.0] m/s^2"),
+        ("{gravity", "must be NAME: NUMBER or NAME: [LOW, HIGH]"),
+        ("mars", "world mars, neither a preset nor a readable YAML file"),
+        ("{pit_gap: 1}", "cannot be applied by Hopper-v5"),
+    ],
+)
+def test_a_record_with_a_damaged_world(record, command, world, message):
+    recorded, file = record("Hopper-v5", "--episodes", 2)
+    np.savez(file, **{**recorded, "worlds": np.array(["", world])})
+    err = command("record", "--check", file, status=2).err
+    assert str(file) in err and message in err
+    np.savez(file, **{**recorded, "worlds": np.array([world])})
+    assert "worlds has 1 rows; must have 2" in command("record", "--check", file, status=2).err
+
+
+def test_another_world_differs(record, command):
+    recorded, file = record("Hopper-v5", "--episodes", 2, "--world", "moon")
+    recorded["worlds"][1] = ""
+    np.savez(file, **recorded)
+    out = command("record", "--check", file, status=1).out
+    assert "1 of 2 episodes equal" in out and "differs at step 1: " in out
+
+
+@pytest.mark.parametrize("name", ["evaluate", "play", "record"])
+def test_refused_worlds(command, name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    beside = ["--output", "a.npz"] if name == "record" else []
+    for world, message in (
+        ("mon", "neither a preset nor a readable YAML file: unknown; did you mean moon?"),
+        ("hard", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
+        ("{gravity: [-1, -2]}", "must be a number, or a range [low, high] with low <= high"),
+        ("{push_impulse: 1}", "world parameter push_impulse = 1.0: has no effect without"),
+    ):
+        assert message in command(name, "Hopper-v5", "--world", world, *beside, status=2).err
+    assert [*tmp_path.iterdir()] == []
+
+
+def test_not_beside_check_and_not_of_other_commands(command, tmp_path):
+    err = command("record", "--check", tmp_path / "a.npz", "--world", "moon", status=2).err
+    assert "not allowed with world" in err
+    for name in ("bench", "hash", "convert"):
+        assert "--world" in command(name, "Hopper-v5", "--world", "moon", status=2).err
+    assert "ID = moon: must be one of" in command("worlds", "moon", status=2).err
+
+
+def test_a_file_of_the_user(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text("gravity: -5\n")
+    words = ["evaluate", "Hopper-v5", "--episodes", 2, "--json", "a.json"]
+    command(*words, "--world", "mine.yaml")
+    for outcome in outcomes_of(tmp_path / "a.json"):
+        assert outcome["world"] == {"gravity": -5}
+
+
+def test_play_prints_what_was_drawn(command, pygame, monkeypatch):
+    from walker_sim.commands import play
+
+    def run(viewer):
+        while not viewer.session.end:
+            viewer._step()
+
+    monkeypatch.setattr(play.Viewer, "run", run)
+    given = ["--world", "{gravity: [-12, -8]}", "--seeds", 3, "max_episode_steps=20"]
+    out = command("play", "Hopper-v5", *given).out
+    found = re.fullmatch(
+        r"episode 1, seed 3: return [-.\d]+, 20 steps, time limit, world ({gravity: .*})\n", out
+    )
+    env = gymnasium.make("walker_sim/Hopper-v5", world="{gravity: [-12, -8]}")
+    drawn = env.reset(seed=3)[1]["world"]["gravity"]
+    assert _core.load_world(found[1]) == {"gravity": (drawn, drawn)}

@@ -1,0 +1,184 @@
+"""Worlds of walker_sim.sb3.VecEnv equal those of Stable-Baselines3's DummyVecEnv, to the bit."""
+
+import copy
+import json
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+from sb3_test import assert_equal
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor
+from walker_sim import _core
+from walker_sim.sb3 import VecEnv
+from walker_sim.training.settings import SettingsError, read_settings, settings_from, write_settings
+from worlds_test import ALL
+
+NUM_ENVS = 5
+
+
+def worlds_of(env_id):
+    return [None, ALL[env_id], "moon", {"gravity": (-20, -5)}, {**ALL[env_id], "dropout": 0.9}]
+
+
+def make_reference(env_id):
+    make = lambda: gymnasium.make(f"walker_sim/{env_id}", max_episode_steps=12)  # noqa: E731
+    return DummyVecEnv([make] * NUM_ENVS)
+
+
+def step_both(ours, reference, count):
+    random = np.random.default_rng(4)
+    drawn = 0
+    for _ in range(count):
+        actions = random.uniform(-1, 1, (NUM_ENVS, *ours.action_space.shape)).astype(np.float32)
+        results, expected = ours.step(actions), reference.step(actions)
+        assert_equal(list(results[:3]), list(expected[:3]))
+        assert_equal(ours.reset_infos, reference.reset_infos)
+        for index in np.flatnonzero(results[2]):
+            drawn += "world" in ours.reset_infos[index]
+    return drawn
+
+
+@pytest.mark.parametrize("env_id", ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v4"])
+def test_equal_to_dummy_vec_env(env_id):
+    ours = VecEnv(env_id, NUM_ENVS, max_episode_steps=12, world=worlds_of(env_id))
+    reference = make_reference(env_id)
+    for index, world in enumerate(worlds_of(env_id)):
+        reference.env_method("set_world", world, indices=index)
+    for envs in (ours, reference):
+        envs.seed(3)
+    assert_equal(ours.reset(), reference.reset())
+    assert_equal(ours.reset_infos, reference.reset_infos)
+    assert ours.get_attr("world") == reference.get_attr("world")
+    assert step_both(ours, reference, 60) > 5
+    for envs in (ours, reference):
+        assert envs.env_method("set_world", "slippery", indices=[0, 2]) == [None, None]
+    ours.set_world([None, "noisy"], indices=[1, 4])
+    reference.env_method("set_world", None, indices=1)
+    reference.env_method("set_world", "noisy", indices=4)
+    assert step_both(ours, reference, 60) > 5
+    for envs in (ours, reference):
+        envs.set_options({"world": {"gravity": (-9, -8)}})
+    assert_equal(ours.reset(), reference.reset())
+    assert all(-9 <= info["world"]["gravity"] <= -8 for info in ours.reset_infos)
+    assert_equal(ours.reset_infos, reference.reset_infos)
+    for envs in (ours, reference):
+        envs.set_options([{}, {"world": "moon"}, {}, {"world": None}, {}])
+    assert_equal(ours.reset(), reference.reset())
+    assert step_both(ours, reference, 60) > 5
+
+
+def test_make_vec_env_passes_the_world():
+    world = {"gravity": (-9, -8), "push_interval": 1}
+    envs = make_vec_env("walker_sim/Hopper-v5", 3, vec_env_cls=VecEnv, env_kwargs={"world": world})
+    assert envs.get_attr("world") == [{"gravity": (-9.0, -8.0), "push_interval": (1.0, 1.0)}] * 3
+    envs.reset()
+    assert all(-9 <= info["world"]["gravity"] <= -8 for info in envs.reset_infos)
+    worlds = ["moon", None]
+    makers = [lambda w=world: gymnasium.make("walker_sim/Hopper-v5", world=w) for world in worlds]
+    assert VecEnv(makers).get_attr("world") == [{"gravity": (-1.62, -1.62)}, {}]
+    with pytest.raises(ValueError, match="world = 'moon': determined by the functions"):
+        VecEnv(makers, world="moon")
+
+
+def test_wrapped_and_copied():
+    envs = VecMonitor(VecEnv("Hopper-v5", 2, max_episode_steps=5))
+    envs.reset()
+    envs.env_method("set_world", "moon", indices=[1])
+    twin = copy.deepcopy(envs.unwrapped)
+    for one in (envs, twin):
+        for _ in range(6):
+            one.step(np.zeros((2, 3), np.float32))
+        infos = one.unwrapped.reset_infos
+        assert [info.get("world") for info in infos] == [None, {"gravity": -1.62}]
+
+
+def test_refused_worlds():
+    envs = VecEnv("Hopper-v5", 3, world="moon")
+    envs.reset()
+    before = envs.get_state()
+    for world, error, message in (
+        ({"wind": 1}, ValueError, "world parameter wind = 1.0: unknown"),
+        (["moon"] * 2, ValueError, "2 worlds; must be one, or 3, one for each walker"),
+        (3, TypeError, "world = 3: must be None"),
+    ):
+        with pytest.raises(error, match=re.escape(message)):
+            envs.set_world(world)
+        with pytest.raises((TypeError, ValueError)):
+            envs.env_method("set_world", world)
+        assert envs.get_state() == before
+    envs.set_options([{"world": "pushed"}, {}, {"world": {"wind": 1}}])
+    with pytest.raises(ValueError, match="wind"):
+        envs.reset()
+    assert envs.get_state() == before
+    with pytest.raises(AttributeError, match="world: cannot be set by set_attr; call set_world"):
+        envs.set_attr("world", None)
+    envs.close()
+    with pytest.raises(RuntimeError, match="this VecEnv is closed"):
+        envs.set_world(None)
+
+
+# ---------------------------------------------------------------- training
+
+
+def test_the_world_of_settings(tmp_path):
+    expected = {"gravity": (-9.0, -8.0), "push_interval": (2.0, 2.0)}
+    file = tmp_path / "mine.yaml"
+    file.write_text("gravity: [-9, -8]\npush_interval: 2\n")
+    given = [expected, {"gravity": [-9, -8], "push_interval": 2}, str(file)]
+    settings = [settings_from({"world": world}) for world in given]
+    assert all(one.world == expected for one in settings)
+    assert {one.hash() for one in settings} == {settings[0].hash()}
+    assert settings[0].hash() != settings_from({}).hash()
+    for nothing in (None, "gymnasium", {}):
+        assert settings_from({"world": nothing}) == settings_from({})
+    assert settings_from({"world": "moon"}).world == {"gravity": (-1.62, -1.62)}
+    write_settings(settings[0], tmp_path / "again.yaml")
+    assert read_settings(tmp_path / "again.yaml") == settings[0]
+    for world, message in (
+        ("mon", "world: world mon, neither a preset nor a readable YAML file"),
+        ({"gravity": "x"}, "world: world parameter gravity = 'x': must be a number"),
+        (5, "world: world = 5: must be None"),
+    ):
+        with pytest.raises(SettingsError, match=re.escape(message)):
+            settings_from({"world": world})
+
+
+def test_train_and_evaluate_in_a_world(tmp_path, command):
+    (tmp_path / "small.yaml").write_text(
+        "{steps: 1024, num_envs: 4, rollout: 64, batch_size: 64, epochs: 1, evaluate_every: 1024, "
+        "evaluation_episodes: 3, world: pushed}\n"
+    )
+    folder, text = tmp_path / "run", "{gravity: [-9, -8]}"
+    given = ["train", "Hopper-v5", "--settings", tmp_path / "small.yaml", "--num-threads", 1]
+    command(*given, "--out", tmp_path / "pushed")
+    command(*given, "--out", folder, "--world", text)
+    assert read_settings(tmp_path / "pushed" / "settings.yaml").world == _core.load_world("pushed")
+    assert read_settings(folder / "settings.yaml").world == _core.load_world(text)
+    policy = _core.Policy(str(folder / "policy.safetensors"))
+    assert policy.notes["world"] == "{gravity: [-9.0, -8.0]}"
+    returns = {}
+    for world in (text, "gymnasium"):
+        words = ["Hopper-v5", "--seeds", "2000000:2000003", "--world", world]
+        file = tmp_path / "outcomes.json"
+        command("evaluate", *words, "--policy", folder / "policy.safetensors", "--json", file)
+        outcomes = json.loads(file.read_text())["outcomes"]
+        returns[world] = np.mean([outcome["return"] for outcome in outcomes])
+    points = [line.split(",") for line in (folder / "curve.csv").read_text().splitlines()]
+    evaluated = max(float(point[3]) for point in points[1:])
+    assert returns[text] == pytest.approx(evaluated, rel=1e-5)
+    assert returns["gymnasium"] != pytest.approx(evaluated, rel=1e-3)
+    command("train", "--resume", folder, "--world", "moon", status=2)
+
+
+def test_train_refuses_worlds(tmp_path, command, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for world, message in (
+        ("mon", "neither a preset nor a readable YAML file: unknown; did you mean moon?"),
+        ("hard", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
+    ):
+        assert message in command("train", "Hopper-v5", "--world", world, status=2).err
+    (tmp_path / "hard.yaml").write_text("world: hard\n")
+    given = ["train", "Hopper-v5", "--settings", "hard.yaml", "--out", "run"]
+    assert "cannot be applied by Hopper-v5" in command(*given, status=2).err

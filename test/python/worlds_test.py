@@ -1,0 +1,398 @@
+"""Worlds of single walkers, through gymnasium.make."""
+
+import copy
+import pathlib
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+import walker_sim
+from gymnasium.utils.env_checker import check_env
+from walker_sim import WalkerEnv, _core
+from walkers import IDS, assert_same, follow, make_ours, random_actions, through_pickle
+
+COMMON = {
+    "gravity": (-11, -8),
+    "friction_scale": (0.5, 1.5),
+    "motor_strength": (0.8, 1.2),
+    "mass_scale": (0.8, 1.25),
+    "joint_damping": (0, 0.05),
+    "push_interval": (0.1, 0.3),
+    "push_impulse": (0.5, 1),
+    "action_delay": (0.02, 0.06),
+    "action_noise": (0, 0.1),
+    "observation_delay": (0.02, 0.06),
+    "dropout": (0, 0.2),
+    "joint_position_noise": (0, 0.1),
+    "joint_velocity_noise": (0, 0.1),
+    "orientation_noise": (0, 0.1),
+    "angular_velocity_noise": (0, 0.1),
+    "linear_velocity_noise": 0.1,
+}
+LEVEL = {
+    "ground_roughness": (0, 2),
+    "pit_gap": (0.5, 1),
+    "stump_height": (0.2, 0.6),
+    "stair_height": 0.3,
+    "stair_steps": (1, 4),
+    "obstacle_spacing": (2, 4),
+    "lidar_range": (3, 6),
+    "hip_speed": (3, 5),
+    "knee_speed": 6,
+    "initial_push": (0, 0.5),
+    "range_noise": (0, 0.1),
+}
+ALL = {id: {**COMMON, **(LEVEL if id.startswith("Bipedal") else {})} for id in IDS}
+
+
+def play(env, environment_id, seed=4, steps=120, **options):
+    """Returns the bits of a reset with the seed, and of steps with resets without."""
+    observation, info = env.reset(seed=seed, **options)
+    outcomes = follow(env, random_actions(environment_id, steps, seed))
+    return [(observation.tobytes(), info), *outcomes]
+
+
+def without_worlds(outcomes):
+    """Removes what resets have drawn."""
+    return [
+        (*rest, {name: value for name, value in info.items() if name != "world"})
+        for *rest, info in outcomes
+    ]
+
+
+def ranges(world):
+    """Returns a world as the property `world` does."""
+    pairs = {}
+    for name, value in world.items():
+        low, high = value if isinstance(value, tuple) else (value, value)
+        pairs[name] = (float(low), float(high))
+    return pairs
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_draws_from_ranges_and_takes_numbers(environment_id):
+    env = make_ours(environment_id, world=ALL[environment_id])
+    assert env.unwrapped.world == ranges(ALL[environment_id])
+    seen = []
+    for seed in range(8):
+        drawn = env.reset(seed=seed)[1]["world"]
+        assert drawn == env.reset(seed=seed)[1]["world"]
+        assert [*drawn] == sorted(ALL[environment_id])
+        for name, (low, high) in env.unwrapped.world.items():
+            assert type(drawn[name]) is float
+            assert low <= drawn[name] <= high
+            assert name != "stair_steps" or drawn[name].is_integer()
+        seen.append(drawn)
+    for name, (low, high) in env.unwrapped.world.items():
+        assert (len({drawn[name] for drawn in seen}) == 1) == (low == high), name
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_the_drawn_numbers_repeat_the_bits(environment_id):
+    first = play(make_ours(environment_id, world=ALL[environment_id]), environment_id, steps=60)
+    drawn = first[0][1]["world"]
+    second = play(make_ours(environment_id, world=drawn), environment_id, steps=60)
+    count = next((i for i, outcome in enumerate(first[1:], 1) if len(outcome) == 2), len(first))
+    assert count > 10
+    assert second[:count] == first[:count]
+
+
+BESIDE = {"push_impulse": {"push_interval": 0.1}, "obstacle_spacing": {"pit_gap": 0.5}}
+VALUES = {"push_interval": 0.1, "dropout": 0.5, "stair_steps": 2}
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_every_parameter_changes_the_episode(environment_id):
+    """Levels change the picture, for a walker that falls at the start sees none of them."""
+    for parameter in _core.world_parameters(environment_id):
+        name, low, high = (parameter[key] for key in ("name", "minimum", "maximum"))
+        beside = BESIDE.get(name, {})
+        world = {**beside, name: VALUES.get(name, low + (high - low) / 50)}
+        assert world[name] != parameter["default"]
+        is_level = name == "ground_roughness" or name.startswith(("pit", "st", "obstacle"))
+        envs = [
+            make_ours(environment_id, world=one, render_mode="rgb_array" if is_level else None)
+            for one in (world, beside)
+        ]
+        played = [without_worlds(play(one, environment_id, steps=80)) for one in envs]
+        if is_level:
+            for one in envs:
+                assert one.reset(seed=1)[1].get("world", {}) == {
+                    name: low for name, (low, _) in one.unwrapped.world.items()
+                }
+            played = [one.render().tobytes() for one in envs]
+        assert played[0] != played[1], name
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_without_a_world_nothing_is_drawn(environment_id):
+    plain = play(make_ours(environment_id), environment_id)
+    assert all("world" not in info for *_, info in plain)
+    for world in (None, {}, "gymnasium", "{}"):
+        env = make_ours(environment_id, world=world)
+        assert env.unwrapped.world == {}
+        assert play(env, environment_id) == plain
+
+
+@pytest.mark.parametrize("name", _core.world_presets())
+def test_presets(name):
+    env = make_ours("BipedalWalker-v3", world=name)
+    file = pathlib.Path(__file__).resolve().parents[2] / "config" / "worlds" / f"{name}.yaml"
+    by_file = make_ours("BipedalWalker-v3", world=file)
+    assert env.unwrapped.world == by_file.unwrapped.world == _core.load_world(name)
+    outcomes = play(env, "BipedalWalker-v3", steps=20)
+    assert play(by_file, "BipedalWalker-v3", steps=20) == outcomes
+    assert ("world" in outcomes[0][1]) == (name != "gymnasium")
+
+
+@pytest.mark.parametrize(
+    "world",
+    [
+        {"gravity": -5, "push_interval": [1, 3]},
+        {"gravity": np.float32(-5), "push_interval": np.array([1, 3])},
+        {"gravity": (-5.0, -5), "push_interval": (np.int64(1), 3.0)},
+        "{gravity: -5, push_interval: [1, 3]}",
+    ],
+    ids=str,
+)
+def test_all_forms_are_equal(world, tmp_path):
+    expected = {"gravity": (-5.0, -5.0), "push_interval": (1.0, 3.0)}
+    assert make_ours("Hopper-v5", world=world).unwrapped.world == expected
+    file = tmp_path / "mine.yaml"
+    file.write_text("# mine\ngravity: -5\npush_interval: [1, 3]  # s\n")
+    for path in (file, str(file)):
+        assert make_ours("Hopper-v5", world=path).unwrapped.world == expected
+
+
+def test_set_world_acts_from_the_next_reset():
+    env, plain = (make_ours("BipedalWalker-v3") for _ in range(2))
+    expected = play(plain, "BipedalWalker-v3")
+    for one in (env, plain):
+        one.reset(seed=9)
+    env.unwrapped.set_world("pushed")
+    for action in random_actions("BipedalWalker-v3", 80, seed=9):
+        observations = [one.step(action)[0].tobytes() for one in (env, plain)]
+        assert observations[0] == observations[1]
+    for _ in range(3):
+        assert 1 <= env.reset()[1]["world"]["push_interval"] <= 3
+    env.unwrapped.set_world(None)
+    assert play(env, "BipedalWalker-v3") == expected, "nothing of the world is left"
+
+
+def test_the_world_of_a_reset_holds_for_the_following():
+    env = make_ours("Walker2d-v5", world="moon")
+    assert env.reset(seed=1)[1]["world"] == {"gravity": -1.62}
+    expected = play(make_ours("Walker2d-v5", world="slippery"), "Walker2d-v5")
+    options = {"world": "slippery", "something": 1}
+    assert play(env, "Walker2d-v5", options=options) == expected
+    assert options == {"world": "slippery", "something": 1}
+    assert play(env, "Walker2d-v5", options={}) == expected
+    assert env.unwrapped.world == {"friction_scale": (0.1, 0.4)}
+    assert "world" not in env.reset(options={"world": None})[1]
+    assert "world" not in env.reset()[1]
+
+
+def restored(env):
+    """Returns an environment with other worlds before it got the state of `env`."""
+    other = gymnasium.make(env.spec, world="moon")
+    other.reset(seed=7)
+    other.unwrapped.set_world("pushed")
+    other.unwrapped.set_state(env.unwrapped.get_state())
+    return other
+
+
+@pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy, restored])
+@pytest.mark.parametrize("environment_id", IDS)
+def test_copies_continue_to_the_bit(environment_id, copied):
+    env, untouched = (make_ours(environment_id, max_episode_steps=-1) for _ in range(2))
+    for one in (env, untouched):
+        one.reset(seed=3, options={"world": ALL[environment_id]})
+        follow(one, random_actions(environment_id, 7))
+        one.unwrapped.set_world({**ALL[environment_id], "gravity": (-20, -15)})
+    twin = copied(env)
+    assert twin.unwrapped.world == env.unwrapped.world
+    assert twin.unwrapped.get_state() == env.unwrapped.get_state()
+    actions = random_actions(environment_id, 300, seed=1)
+    expected = follow(untouched, actions)
+    assert follow(twin, actions) == expected
+    assert follow(env, actions) == expected
+    drawn = [info["world"]["gravity"] for *_, info in expected if "world" in info]
+    assert drawn and all(-20 <= gravity <= -15 for gravity in drawn)
+
+
+def test_environments_of_a_process_do_not_influence_each_other():
+    worlds = ("hard", {"gravity": (-20, -5), "mass_scale": (0.5, 2)}, None, "noisy", "slippery")
+
+    def make_all():
+        return [make_ours("BipedalWalker-v3", world=world) for world in worlds]
+
+    alone = [play(env, "BipedalWalker-v3") for env in make_all()]
+    envs = make_all()
+    others = [make_ours(name, world="moon") for name in ("Walker2d-v5", "Hopper-v5")]
+    outcomes = []
+    for env in envs:
+        observation, info = env.reset(seed=4)
+        outcomes.append([(observation.tobytes(), info)])
+    for action in random_actions("BipedalWalker-v3", 120, seed=4):
+        for other in others:
+            other.reset()
+        for env, rows in zip(envs, outcomes):
+            rows.extend(follow(env, [action]))
+    assert outcomes == alone
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("environment_id", IDS)
+def test_check_env_passes(environment_id):
+    env = make_ours(environment_id, world=ALL[environment_id])
+    check_env(env.unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("environment_id", ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v4"])
+@pytest.mark.parametrize("delay", [1, 3])
+def test_action_delay_shifts_the_actions(environment_id, delay):
+    plain = make_ours(environment_id)
+    late = make_ours(environment_id, world={"action_delay": delay * plain.unwrapped.dt})
+    actions = random_actions(environment_id, 25)
+    shifted = np.concatenate([np.zeros((delay, actions.shape[1]), np.float32), actions])
+    assert late.reset(seed=2)[0].tobytes() == plain.reset(seed=2)[0].tobytes()
+    for given, acting in zip(actions, shifted):
+        assert_same(late.step(given), plain.step(acting))
+
+
+def test_noise_has_its_mean_and_deviation():
+    """Errors of 100,000 observed values of each kind, and of as many actions."""
+    keywords = {"num_envs": 64, "terminate_when_unhealthy": False, "max_episode_steps": -1}
+    quantities = {
+        "orientation_noise": ([1], 0.2),
+        "joint_position_noise": (range(2, 8), 0.1),
+        "linear_velocity_noise": ([8, 9], 0.05),
+        "angular_velocity_noise": ([10], 0.3),
+        "joint_velocity_noise": (range(11, 17), 0.15),
+    }
+    world = {name: deviation for name, (_, deviation) in quantities.items()}
+    noisy, plain, shaken = (
+        gymnasium.make_vec("walker_sim/Walker2d-v5", world=world, **keywords)
+        for world in (world, None, {"action_noise": 0.4})
+    )
+    observed = [envs.reset(seed=1)[0] for envs in (noisy, plain, shaken)][:2]
+    errors, costs = [observed[0] - observed[1]], []
+    actions = np.zeros((64, 6))
+    for _ in range(1650):
+        observations = [envs.step(actions)[0] for envs in (noisy, plain)]
+        is_free = np.abs(observations[1]) < 8  # Gymnasium clips velocities at 10
+        errors.append(np.where(is_free, observations[0] - observations[1], np.nan))
+        costs.append(shaken.step(actions)[4]["reward_ctrl"])
+    errors = np.concatenate(errors)
+    assert not errors[:, 0].any(), "the height has no noise"
+    for name, (columns, deviation) in quantities.items():
+        values = errors[:, [*columns]]
+        values = values[~np.isnan(values)]
+        assert len(values) > 100_000, name
+        assert abs(values.mean()) < 5 * deviation / len(values) ** 0.5, name
+        assert abs(values.std() / deviation - 1) < 5 / (2 * len(values)) ** 0.5, name
+    squares = -np.concatenate(costs) / 1e-3 / 0.4**2  # chi-squared with six degrees of freedom
+    assert len(squares) > 100_000
+    assert abs(squares.mean() - 6) < 5 * (12 / len(squares)) ** 0.5
+    assert abs(squares.var() - 12) < 0.3
+
+
+REFUSED = [
+    ("Hopper-v5", {"gravty": 1}, "world parameter gravty = 1.0: unknown; did you mean gravity? "),
+    ("Walker2d-v5", {"stump_height": 1}, "cannot be applied by Walker2d-v5; Bipedal"),
+    ("Walker2d-v5", "hard", "cannot be applied by Walker2d-v5; BipedalWalker-v3 has it"),
+    ("Hopper-v5", {"gravity": (-5, -9)}, "gravity = [-5.0, -9.0]: must be a number, or a range "),
+    ("Hopper-v5", {"gravity": np.nan}, "gravity = .nan: must be finite, in [-50.0, 0.0] m/s^2"),
+    ("Hopper-v5", {"gravity": 10**400}, "gravity = .inf: must be finite, in [-50.0, 0.0] m/s^2"),
+    ("Hopper-v5", {"gravity": (-51, -1)}, "gravity = [-51.0, -1.0]: must be in [-50.0, 0.0] m/s^2"),
+    ("Hopper-v5", {"push_impulse": 5}, "push_impulse = 5.0: has no effect without push_interval"),
+    ("BipedalWalker-v3", {"stair_steps": 2.5}, "stair_steps = 2.5: must be a whole number"),
+    ("BipedalWalker-v3", {"stair_steps": 10, "stair_width": 10}, "the length of the course"),
+    ("BipedalWalker-v3", {"obstacle_spacing": 2}, "has no effect without obstacles"),
+    ("Hopper-v5", "mon", "world mon, neither a preset nor a readable YAML file: unknown; did you "),
+    ("Hopper-v5", "{gravity: x}", "gravity: x: must be NAME: NUMBER or NAME: [LOW, HIGH]"),
+    ("Hopper-v5", "{gravity: -5, gravity: -6}", "gravity is given twice"),
+    ("Hopper-v5", "/nowhere/a\ud800", "must be a text that UTF-8 can encode; no surrogates"),
+    ("Hopper-v5", {"\ud800": 1}, "must be a text that UTF-8 can encode; no surrogates"),
+]
+MISTYPED = [
+    (5, "world = 5: must be None, a preset's name, a YAML file's path, or a mapping of names to "),
+    ([{}], "world = [{}]: must be None, a preset's name"),
+    ({"gravity": "low"}, "parameter gravity = 'low': must be a number, or a pair (low, high)"),
+    ({"gravity": (1, 2, 3)}, "world parameter gravity = (1, 2, 3): must be a number, or a pair "),
+    ({"gravity": True}, "world parameter gravity = True: must be a number, or a pair (low, high)"),
+    ({"gravity": None}, "world parameter gravity = None: must be a number, or a pair (low, high)"),
+    ({5: 1}, "world parameter 5: must be a str"),
+    (pathlib, "must be None, a preset's name"),
+]
+
+
+@pytest.mark.parametrize(
+    ("environment_id", "world", "message", "error"),
+    [(*case, ValueError) for case in REFUSED]
+    + [("Hopper-v5", world, message, TypeError) for world, message in MISTYPED],
+)
+def test_a_refused_world_changes_nothing(environment_id, world, message, error):
+    with pytest.raises(error, match=re.escape(message)):
+        make_ours(environment_id, world=world)
+    env = WalkerEnv(environment_id, world="moon")
+    env.reset(seed=1)
+    before = env.get_state()
+    for call in (env.set_world, lambda world: env.reset(seed=5, options={"world": world})):
+        with pytest.raises(error, match=re.escape(message)):
+            call(world)
+        assert env.get_state() == before
+    assert env.np_random_seed == 1
+
+
+def test_a_refused_seed_leaves_the_world():
+    env = WalkerEnv("Hopper-v5", world="moon")
+    env.reset(seed=1)
+    before = env.get_state()
+    with pytest.raises(gymnasium.error.Error, match="Seed must be greater or equal to zero"):
+        env.reset(seed=-1, options={"world": "pushed"})
+    assert env.get_state() == before
+
+
+def test_the_world_is_a_read_only_copy():
+    env = make_ours("Hopper-v5", world="moon").unwrapped
+    env.world["gravity"] = (-9, -9)
+    assert env.world == {"gravity": (-1.62, -1.62)}
+    with pytest.raises(AttributeError):
+        env.world = None
+    for drawn in (env.reset()[1]["world"], env.reset()[1]["world"]):
+        assert drawn.pop("gravity") == -1.62
+
+
+def test_values_are_drawn_as_documented():
+    """docs/worlds.md, How values are drawn."""
+    env = make_ours("BipedalWalker-v3", world={"stump_height": (0.4, 1.2), "stair_steps": (1, 9)})
+    env.reset(seed=6)
+    for _ in range(5):
+        state = env.unwrapped.np_random.bit_generator.state
+        high, low = divmod(state["state"]["state"], 1 << 64), divmod(state["state"]["inc"], 1 << 64)
+        words = [*high, *low, state["has_uint32"], state["uinteger"]]
+        halves = [half for word in words for half in (word & 0xFFFFFFFF, word >> 32)]
+
+        def generator(name, halves=halves):
+            digest = 0x811C9DC5
+            for byte in name.encode():
+                digest = (digest ^ byte) * 0x01000193 & 0xFFFFFFFF
+            return np.random.default_rng([*halves, digest])
+
+        assert env.reset()[1]["world"] == {
+            "stump_height": generator("stump_height").uniform(0.4, 1.2),
+            "stair_steps": generator("stair_steps").integers(1, 10),
+        }
+
+
+def test_the_parameters_are_listed():
+    for environment_id in IDS:
+        parameters = walker_sim.world_parameters(f"walker_sim/{environment_id}")
+        assert str(parameters) == str(walker_sim.world_parameters(environment_id))
+        names = [parameter["name"] for parameter in parameters]
+        assert {*ALL[environment_id]} <= {*names} and len({*names}) == len(names)
+    assert "moon" in walker_sim.world_presets()
+    with pytest.raises(ValueError, match="environment Ant-v5: unknown"):
+        walker_sim.world_parameters("Ant-v5")
