@@ -95,6 +95,9 @@ void take(const sensor_msgs::LaserScan& message, const Specification& specificat
   check_angle("angle_min", double{message.angle_min}, finder.angle_minimum);
   check_angle("angle_increment", double{message.angle_increment}, finder.angle_increment);
   measurements.ranges.assign(message.ranges.begin(), message.ranges.end());
+  // The message rounds it to single precision.
+  const bool is_own = message.range_max == static_cast<float>(finder.maximum_range);
+  measurements.maximum_range = is_own ? finder.maximum_range : double{message.range_max};
 }
 
 // ---------------------------------------------------------------- topics

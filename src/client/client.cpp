@@ -106,6 +106,7 @@ class Client::Implementation {
   }
 
   ServerSpecification server;  ///< as last received
+  Reset reset;                 ///< keeps its memory between resets and restores
 
  private:
   /// @throws ConnectionError in a forked child, which could receive its parent's answers
@@ -156,7 +157,8 @@ class Client::Implementation {
   std::array<Endpoint, kServiceTypes.size()> endpoints_;
   std::array<std::optional<ServiceConnection>, kServiceTypes.size()> connections_;
   tcpros::Bytes request_;  // these two keep their memory between calls
-  std::tuple<Transition, RepeatedStep, BatchTransition, BatchReset, std::vector<std::uint8_t>>
+  std::tuple<Transition, Reset, RepeatedStep, BatchTransition, BatchReset,
+             std::vector<std::uint8_t>>
       results_;
 };
 
@@ -175,13 +177,32 @@ ServerSpecification Client::specification() {
 }
 
 void Client::reset(std::optional<std::uint64_t> seed, Transition& transition) {
+  Reset& reset = implementation_->reset;
+  this->reset(seed, std::nullopt, reset);
+  std::swap(reset.transition, transition);
+}
+
+void Client::reset(std::optional<std::uint64_t> seed, const std::optional<World>& world,
+                   Reset& reset) {
   implementation_->call(
       kReset,
-      [seed](Writer& writer) {
+      [&](Writer& writer) {
         writer.number(std::uint8_t{seed.has_value()});
         writer.number(seed.value_or(0));
+        write(writer, world);
       },
-      implementation_->into(transition));
+      implementation_->into(reset));
+}
+
+void Client::set_world(const std::vector<std::uint32_t>& environments,
+                       const std::vector<World>& worlds) {
+  implementation_->call(
+      kSetWorld,
+      [&](Writer& writer) {
+        writer.array(environments.data(), environments.size());
+        write(writer, worlds);
+      },
+      [](Reader& reader) { read(reader); });
 }
 
 void Client::step(const double* action, std::size_t size, Transition& transition) {
@@ -207,13 +228,25 @@ void Client::snapshot(std::vector<std::uint8_t>& record) {
 }
 
 void Client::restore(const std::vector<std::uint8_t>& record, Transition& transition) {
+  Reset& reset = implementation_->reset;
+  restore(record, reset);
+  std::swap(reset.transition, transition);
+}
+
+void Client::restore(const std::vector<std::uint8_t>& record, Reset& reset) {
   implementation_->call(
-      kRestore, [&](Writer& writer) { writer.message(record); }, implementation_->into(transition));
+      kRestore, [&](Writer& writer) { writer.message(record); }, implementation_->into(reset));
 }
 
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,
                          const std::vector<std::optional<std::uint64_t>>& seeds,
                          BatchReset& reset) {
+  reset_batch(environments, seeds, {}, reset);
+}
+
+void Client::reset_batch(const std::vector<std::uint32_t>& environments,
+                         const std::vector<std::optional<std::uint64_t>>& seeds,
+                         const std::vector<World>& worlds, BatchReset& reset) {
   const std::size_t rows =
       environments.empty() ? implementation_->server.num_envs : environments.size();
   implementation_->call(
@@ -224,6 +257,7 @@ void Client::reset_batch(const std::vector<std::uint32_t>& environments,
         for (const auto& seed : seeds) writer.number(std::uint8_t{seed.has_value()});
         writer.number(static_cast<std::uint32_t>(seeds.size()));
         for (const auto& seed : seeds) writer.number(seed.value_or(0));
+        write(writer, worlds);
       },
       implementation_->into(reset, rows));
 }

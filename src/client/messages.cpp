@@ -88,6 +88,54 @@ std::uint64_t read_header(Reader& reader) {
   return seconds * kPerSecond + nanoseconds;
 }
 
+/// Reads a WorldParameter[].
+World read_world(Reader& reader) {
+  constexpr std::size_t kMinBytes = tcpros::kLengthBytes + 2 * sizeof(double);
+  World world;
+  const std::uint32_t size = reader.count(kMinBytes);
+  if (size > kMaxWorldParameters) {
+    fail("world has " + std::to_string(size) + " parameters; must have at most " +
+         std::to_string(kMaxWorldParameters));
+  }
+  for (std::uint32_t i = 0; i < size; ++i) {
+    std::string name;
+    WorldRange range;
+    reader.read(name, range.low, range.high);
+    if (!world.emplace(name, range).second) {
+      fail("world has " + printable(name, kMaxQuotedBytes) + " twice");
+    }
+  }
+  return world;
+}
+
+/// Reads what an episode has drawn.
+void read_values(Reader& reader, WorldValues& values) {
+  values.clear();
+  for (const auto& [name, range] : read_world(reader)) {
+    if (!range.is_number()) {
+      fail("world has a range for " + printable(name, kMaxQuotedBytes) + "; must have a number");
+    }
+    values[name] = range.low;
+  }
+}
+
+void read_worlds(Reader& reader, std::size_t num_envs, std::vector<EnvironmentWorld>& worlds) {
+  constexpr std::size_t kMinBytes = 2 * sizeof(std::uint32_t);
+  const std::size_t size = reader.count(kMinBytes);
+  if (size > num_envs) {
+    fail("worlds has " + std::to_string(size) + " elements; must have at most " +
+         std::to_string(num_envs));
+  }
+  worlds.resize(size);
+  for (std::size_t i = 0; i < worlds.size(); ++i) {
+    reader.read(worlds[i].environment);
+    if (worlds[i].environment >= num_envs) {
+      fail_index(element("worlds", i) + ".environment", worlds[i].environment, num_envs);
+    }
+    read_values(reader, worlds[i].values);
+  }
+}
+
 void read_fields(Reader& reader, Transition& transition) {
   transition.stamp = read_header(reader);
   reader.read(transition.environment, transition.episode, transition.step, transition.action,
@@ -116,6 +164,22 @@ void check_requested(const Parameters& camera, const char* name, std::uint32_t r
 
 }  // namespace
 
+void write(Writer& writer, const std::optional<World>& world) {
+  writer.text(world && world->empty() ? "gymnasium" : "");
+  writer.number(world ? static_cast<std::uint32_t>(world->size()) : 0U);
+  if (!world) return;
+  for (const auto& [name, range] : *world) {
+    writer.text(name);
+    writer.number(range.low);
+    writer.number(range.high);
+  }
+}
+
+void write(Writer& writer, const std::vector<World>& worlds) {
+  writer.number(static_cast<std::uint32_t>(worlds.size()));
+  for (const World& world : worlds) write(writer, std::optional<World>(world));
+}
+
 std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& server) {
   constexpr std::size_t kWords = std::size_t{1} << 20U;  // strings and small fields
   constexpr std::size_t kTexts = 1536;                   // the message of an environment's failure
@@ -127,7 +191,7 @@ std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& se
   std::size_t bytes = row + action + kWords;  // a transition
   if (service == kGetSpec) bytes = kMaxSpecificationBytes;
   if (service == kResetBatch || service == kStepBatch) {  // includes final rows
-    bytes = server.num_envs * (2 * row + kNumbers + kTexts) + kWords;
+    bytes = server.num_envs * (2 * row + kNumbers + kTexts + kMaxWorldBytes) + kWords;
   }
   if (service == kSnapshot) {
     const std::size_t steps = kMaxRecordedSteps * (action + sizeof(std::uint64_t));
@@ -139,12 +203,14 @@ std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& se
 
 void read(Reader& reader, ServerSpecification& server) {
   reader.read(server.interface_version, server.id, server.num_envs, server.parameter_names,
-              server.parameter_values, server.observation_size, server.observation_dtype,
-              server.observation_low, server.observation_high, server.action_size,
-              server.action_low, server.action_high, server.dt, server.max_episode_steps,
-              server.reward_threshold, server.joint_names, server.info_names, server.mode,
-              server.autoreset_mode, server.engine, server.engine_version, server.engine_path,
-              server.version);
+              server.parameter_values);
+  reader.text();  // the preset: gymnasium, without parameters, or empty
+  server.world = read_world(reader);
+  reader.read(server.observation_size, server.observation_dtype, server.observation_low,
+              server.observation_high, server.action_size, server.action_low, server.action_high,
+              server.dt, server.max_episode_steps, server.reward_threshold, server.joint_names,
+              server.info_names, server.mode, server.autoreset_mode, server.engine,
+              server.engine_version, server.engine_path, server.version);
   reader.finish();
   if (server.num_envs < 1 || server.num_envs > kMaxEnvironments) {
     fail("num_envs is " + std::to_string(server.num_envs) + "; must be in [1, " +
@@ -156,6 +222,19 @@ void read(Reader& reader, ServerSpecification& server) {
   check_size("action_low", server.action_low.size(), server.action_size);
   check_size("action_high", server.action_high.size(), server.action_size);
   check_size("joint_names", server.joint_names.size(), server.action_size);
+}
+
+void read(Reader& reader) {
+  read_outcome(reader);
+  reader.finish();
+}
+
+void read(Reader& reader, const ServerSpecification& server, Reset& reset) {
+  read_outcome(reader);
+  read_fields(reader, reset.transition);
+  read_values(reader, reset.world);
+  reader.finish();
+  check(server, reset.transition);
 }
 
 void read(Reader& reader, const ServerSpecification& server, Transition& transition) {
@@ -190,6 +269,7 @@ void read(Reader& reader, const ServerSpecification& server, std::size_t rows, B
   read_outcome(reader);
   reader.read(reset.observations, reset.info, reset.failed_environments);
   reader.read_texts(reset.failures, rows);
+  read_worlds(reader, server.num_envs, reset.worlds);
   reader.finish();
   check_failures(reset.failed_environments, reset.failures, server.num_envs);
   check_size("observations", reset.observations.size(), rows * server.observation_size);
@@ -202,6 +282,7 @@ void read(Reader& reader, const ServerSpecification& server, BatchTransition& ba
               batch.steps, batch.info, batch.failed_environments, batch.failed_at_reset);
   reader.read_texts(batch.failures, std::size_t{2} * server.num_envs);
   reader.read(batch.final_environments, batch.final_observations, batch.final_info);
+  read_worlds(reader, server.num_envs, batch.worlds);
   reader.finish();
   check_failures(batch.failed_environments, batch.failures, server.num_envs);
   check_size("failed_at_reset", batch.failed_at_reset.size(), batch.failures.size());

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -33,22 +34,24 @@ enum ServiceIndex : std::size_t {
   kRender,
   kStepMany,
   kSnapshot,
-  kRestore
+  kRestore,
+  kSetWorld
 };
 
 // Bounds get_spec's answer, which no specification can. Enough for 500000 observation values.
 constexpr std::size_t kMaxSpecificationBytes = 1 << 24;
 
-constexpr std::array<ServiceType, 9> kServiceTypes{{
-    {"get_spec", "walker_sim/GetSpec", "10ba3145e1d3d0f8df3cab81a4131ed4"},
-    {"reset", "walker_sim/Reset", "31d1b710b7a99285fa80989beaac03dc"},
+constexpr std::array<ServiceType, 10> kServiceTypes{{
+    {"get_spec", "walker_sim/GetSpec", "6a1006354a8227e672b60a97b645f430"},
+    {"reset", "walker_sim/Reset", "8ad6dacbcb7e5b943926df4372291b3b"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
-    {"reset_batch", "walker_sim/ResetBatch", "e24e89a8840d29c7cfbdf93f4f843026"},
-    {"step_batch", "walker_sim/StepBatch", "a7b1821e24f157217a6d76a0c335603f"},
+    {"reset_batch", "walker_sim/ResetBatch", "c9105be7ae41a4d5177c8aab6c283e89"},
+    {"step_batch", "walker_sim/StepBatch", "12262ba7e25f5700bf46691632b5eba5"},
     {"render", "walker_sim/Render", "ddec8823bcc866f5390ff2c9bb477f29"},
     {"step_many", "walker_sim/StepMany", "0f84f7c61cb488b9aad4529423766e03"},
-    {"snapshot", "walker_sim/Snapshot", "2da424fb660ee1b8d8190e653d30b45e"},
-    {"restore", "walker_sim/Restore", "c6aed4159958bb4803d219a0481eb653"},
+    {"snapshot", "walker_sim/Snapshot", "855e56defeead4c9e9682f04596d5aa6"},
+    {"restore", "walker_sim/Restore", "827fdcbf7dd36e81f602f261cd7ee7c7"},
+    {"set_world", "walker_sim/SetWorld", "d91f9d318b27acc8f6bc84093cfc7fef"},
 }};
 
 class Writer {
@@ -127,6 +130,10 @@ class Reader : public MessageReader {
   void take(std::vector<std::string>& values) { read_texts(values, kMaxTexts); }
 };
 
+/// Writes a World.msg. @param world empty: Gymnasium's; nullopt: the server's own
+void write(Writer& writer, const std::optional<World>& world);
+void write(Writer& writer, const std::vector<World>& worlds);
+
 // Each `read` reads a whole answer and checks all lengths and indices against the specification
 // that the server sent last, so that callers need no checks. It throws RequestRefused with the
 // server's message if the server refused the request, and std::runtime_error naming the field, its
@@ -134,10 +141,14 @@ class Reader : public MessageReader {
 
 void read(Reader& reader, ServerSpecification& server);
 
+/// Reads an answer that has only `success` and `status_message`.
+void read(Reader& reader);
+
 /// Upper bound of a service's answer [bytes], given the server's specification; at most TCPROS's.
 std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& server);
 
 void read(Reader& reader, const ServerSpecification& server, Transition& transition);
+void read(Reader& reader, const ServerSpecification& server, Reset& reset);
 void read(Reader& reader, const ServerSpecification& server, BatchTransition& batch);
 
 /// @param steps requested number of steps

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <ros/serialization.h>
@@ -35,9 +36,12 @@ class CheckedStream : public MessageReader {
     constexpr std::size_t kMinBytes = is_simple ? sizeof(Element) : sizeof(std::uint32_t);
     const std::uint32_t count = MessageReader(*this).count(kMinBytes);
     // An empty string takes 4 bytes in the stream and eight times as many in memory.
-    if (!is_simple && count > kMaxTexts) {
+    constexpr bool is_text = std::is_same_v<Element, std::string>;
+    constexpr std::uint32_t kMax = is_text ? kMaxTexts : kMaxEnvironments;
+    if (!is_simple && count > kMax) {
       throw std::runtime_error("an array has " + std::to_string(count) + " elements; at most " +
-                               std::to_string(kMaxTexts) + " texts or messages are taken");
+                               std::to_string(kMax) + (is_text ? " texts" : " messages") +
+                               " are taken");
     }
     ros::serialization::deserialize(*this, field);
   }

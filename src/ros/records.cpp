@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parameter_text.h"
+#include "ros/worlds.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -42,6 +43,7 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   if (message.episode.has_seed != 0) record.seed = message.episode.seed;
   std::copy(message.episode.generator_state.begin(), message.episode.generator_state.end(),
             record.generator_state.begin());
+  record.world = to_values(message.episode.world);
   record.num_steps = message.episode.length;
   record.actions = message.actions;
   record.checksums = message.checksums;

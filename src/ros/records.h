@@ -15,7 +15,8 @@ namespace walker {
 Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
                          const std::vector<std::string>& values);
 
-/// @throws std::invalid_argument if the numbers of parameter names and values differ
+/// @throws std::invalid_argument if the numbers of parameter names and values differ, or as
+///         `to_values`
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);
 
 }  // namespace walker

@@ -9,7 +9,9 @@
 #include <ros/console.h>
 
 #include "base/random.h"
+#include "ros/worlds.h"
 #include "server/topics/commands.h"
+#include "server/topics/converters.h"
 
 namespace walker {
 namespace {
@@ -30,6 +32,14 @@ std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch:
   return seeds;
 }
 
+/// Appends what the episode has drawn, unless it is in Gymnasium's world.
+void append_world(const EpisodeState& state, std::vector<walker_sim::EnvironmentWorld>& worlds) {
+  if (!state.world) return;
+  walker_sim::EnvironmentWorld& message = worlds.emplace_back();
+  message.environment = state.environment;
+  to_message(*state.world, message.parameters);
+}
+
 }  // namespace
 
 Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
@@ -40,6 +50,9 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
                                     ? AutoresetMode::next_step
                                     : options.autoreset_mode;
   const std::uint64_t seed = options.seed ? *options.seed : draw_seed();
+  std::shared_ptr<const CheckedWorld> world;  // shared by all
+  if (!options.world.empty())
+    world = std::make_shared<const CheckedWorld>(options.id, options.world);
   std::uint32_t index = 0;
   const auto make_episode = [&] {
     std::unique_ptr<Environment> environment = make();
@@ -47,6 +60,7 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
     own.records_actions = index == options.shown_environment;
     own.first_seed = seed + index++;
     episode_of(*environment).configure(own);
+    episode_of(*environment).set_world(world);
     return environment;
   };
   return {make_episode, pool_options};
@@ -84,9 +98,10 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   response.status_message.clear();
   response.failed_environments.clear();
   response.failures.clear();
+  response.worlds.clear();
   check(request);
-  const std::vector<std::uint32_t>& listed =
-      request.environments.empty() ? all_ : request.environments;
+  const std::vector<std::uint32_t>& listed = list_of(request.environments);
+  if (!request.worlds.empty()) set_requested(listed, request.worlds);
   pool_.reset(listed, seeds_of(request), {});
   counters_.resets += listed.size();
   for (const std::uint32_t environment : listed) {
@@ -94,11 +109,50 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
     if (state.failed_at_reset()) record_failure(state, response);
     append(state.observation, response.observations);
     append(state.info, response.info);
+    append_world(state, response.worlds);
   }
 }
 
-void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
-  const std::vector<std::uint32_t>& listed = request.environments;
+void BatchCalls::set_worlds(const walker_sim::SetWorld::Request& request) {
+  check_list(request.environments);
+  const std::vector<std::uint32_t>& listed = list_of(request.environments);
+  for (std::size_t i = 0; i < request.worlds.size(); ++i) {
+    const walker_sim::World& world = request.worlds[i];
+    if (!world.preset.empty() || !world.parameters.empty()) continue;
+    throw std::invalid_argument(element("worlds", i) +
+                                " is empty; must have a preset or parameters (Gymnasium's world is "
+                                "the preset gymnasium)");
+  }
+  set_requested(listed, request.worlds);
+}
+
+/// Sets the worlds that are not empty.
+/// @param worlds one for all, or one per listed environment
+void BatchCalls::set_requested(const std::vector<std::uint32_t>& listed,
+                               const std::vector<walker_sim::World>& worlds) {
+  if (worlds.size() != 1 && worlds.size() != listed.size()) {
+    throw std::invalid_argument("worlds has " + std::to_string(worlds.size()) +
+                                " values; must have 1 for all, or " +
+                                std::to_string(listed.size()) + ", one per environment");
+  }
+  std::vector<std::uint32_t> changed;
+  std::vector<World> requested;
+  for (std::size_t i = 0; i < worlds.size(); ++i) {
+    const std::optional<World> world = to_world(worlds[i]);
+    if (!world) continue;
+    changed.push_back(listed[i]);
+    requested.push_back(*world);
+  }
+  if (requested.empty()) return;
+  pool_.set_world(worlds.size() == 1 ? listed : changed, requested);
+}
+
+const std::vector<std::uint32_t>& BatchCalls::list_of(
+    const std::vector<std::uint32_t>& environments) const {
+  return environments.empty() ? all_ : environments;
+}
+
+void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {
   std::vector<bool> is_listed(all_.size());
   for (std::size_t i = 0; i < listed.size(); ++i) {
     check_environment(pool_, element("environments", i), listed[i]);
@@ -108,7 +162,11 @@ void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
     }
     is_listed[listed[i]] = true;
   }
-  const std::size_t count = listed.empty() ? all_.size() : listed.size();
+}
+
+void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
+  check_list(request.environments);
+  const std::size_t count = list_of(request.environments).size();
   const std::size_t seeds = request.seeds.size();
   if (request.has_seed.size() != seeds || (seeds != 0 && seeds != count)) {
     throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
@@ -126,6 +184,7 @@ void BatchCalls::step(const std::vector<double>& actions,
   response.final_environments.clear();
   response.final_observations.clear();
   response.final_info.clear();
+  response.worlds.clear();
   response.status_message.clear();
   pool_.step(actions.data(), actions.size(), rows_of(response));
   account(actions, response);
@@ -160,6 +219,7 @@ void BatchCalls::account(const std::vector<double>& actions,
     if (response.steps[environment] == 0) {
       ++counters_.resets;
       if (has_ended) record_failure(state, response);
+      append_world(state, response.worlds);
     } else {
       ++counters_.steps;
       const double* action = actions.data() + environment * specification_.action_size();
@@ -205,6 +265,7 @@ void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
   for (const std::uint32_t environment : ended_) {
     const EpisodeState& state = state_of(environment);
     if (state.failed_at_reset()) record_failure(state, response);
+    append_world(state, response.worlds);
   }
 }
 

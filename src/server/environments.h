@@ -12,6 +12,7 @@
 #include "server/parameter_reader.h"
 #include "server/topics/statistics.h"
 #include "walker_sim/ResetBatch.h"
+#include "walker_sim/SetWorld.h"
 #include "walker_sim/StepBatch.h"
 #include "walker_sim/pool.h"
 
@@ -46,6 +47,9 @@ class BatchCalls {
   void reset(const walker_sim::ResetBatch::Request& request,
              walker_sim::ResetBatch::Response& response);
 
+  /// Sets the worlds of the resets to come. @throws as `reset`
+  void set_worlds(const walker_sim::SetWorld::Request& request);
+
   /// Steps all environments. Under same_step, ended ones keep their state until `reset_ended`.
   /// @throws as `Pool::step`; then the response has no meaning
   void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
@@ -57,7 +61,11 @@ class BatchCalls {
   const EpisodeState& state_of(std::uint32_t environment) const {
     return pool_.episode(environment).state();
   }
+  const std::vector<std::uint32_t>& list_of(const std::vector<std::uint32_t>& environments) const;
+  void check_list(const std::vector<std::uint32_t>& listed) const;
   void check(const walker_sim::ResetBatch::Request& request) const;
+  void set_requested(const std::vector<std::uint32_t>& listed,
+                     const std::vector<walker_sim::World>& worlds);
   Batch rows_of(walker_sim::StepBatch::Response& response) const;
   void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
   template <typename Response>

@@ -1,5 +1,6 @@
 #include "server/outputs.h"
 
+#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
@@ -56,11 +57,14 @@ std::string Outputs::recorder_complaint() const {
 }
 
 void Outputs::publish_constants(ros::Time stamp) {
-  spec_publisher_.publish(spec());
+  publish_spec();
   static_transforms_publisher_.publish(static_transforms(shown_.specification(), frames_, stamp));
 }
 
+void Outputs::publish_spec() { spec_publisher_.publish(spec()); }
+
 void Outputs::publish_reset(ros::Time stamp) {
+  begin_stamps();
   publish_episode(stamp);
   if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is no scene
   publish_state(stamp);
@@ -97,7 +101,12 @@ void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& 
 void Outputs::publish_state(ros::Time stamp) {
   const EpisodeState& state = shown_.state();
   if (state.error.empty()) {
-    publish_sensors(stamp);
+    stamps_[state.step % stamps_.size()] = stamp;
+    if (transforms_.is_heard()) {
+      to_message(shown_.specification(), shown_.sensors(), frames_, stamp, transforms_.message);
+      transforms_.publish();
+    }
+    publish_measurements();
     markers_.publish_state(stamp);
   }
   if (reward_.is_heard()) {
@@ -111,13 +120,28 @@ void Outputs::publish_state(ros::Time stamp) {
   transition_.publish_if_heard(state, frames_, stamp);
 }
 
-void Outputs::publish_sensors(ros::Time stamp) {
-  const bool anybody = transforms_.is_heard() || joint_states_.is_heard() || scan_.is_heard() ||
-                       imu_.is_heard() || contacts_.is_heard() || odometry_.is_heard();
-  if (!anybody) return;
+/// Forgets the stamps of the episode before.
+void Outputs::begin_stamps() {
   const Specification& specification = shown_.specification();
-  const Sensors& sensors = shown_.sensors();
-  transforms_.publish_if_heard(specification, sensors, frames_, stamp);
+  const double delay = value_or(values_of(shown_.state()), "observation_delay", 0);
+  stamps_.resize(static_cast<std::size_t>(std::lround(delay / specification.dt)) + 1);
+  first_stamp_ = shown_.state().step;
+  observed_step_.reset();
+}
+
+/// Publishes what the walker has observed, once: a world may delay measurements and repeat them.
+void Outputs::publish_measurements() {
+  const std::uint32_t step = shown_.observed_step();
+  const bool is_new = observed_step_ != step;
+  observed_step_ = step;
+  const bool is_heard = joint_states_.is_heard() || scan_.is_heard() || imu_.is_heard() ||
+                        contacts_.is_heard() || odometry_.is_heard();
+  if (!is_new || !is_heard) return;
+  const Specification& specification = shown_.specification();
+  const Sensors& sensors = shown_.measurements();
+  // Measurements from before the first subscriber are not known, and no stamps before a ~restore.
+  if (shown_.measured_step() != step || step < first_stamp_) return;
+  const ros::Time stamp = stamps_[step % stamps_.size()];
   joint_states_.publish_if_heard(specification, sensors, stamp);
   imu_.publish_if_heard(sensors, frames_, stamp);
   contacts_.publish_if_heard(specification, sensors, frames_, stamp);
@@ -138,7 +162,7 @@ walker_sim::Transition Outputs::message(const EpisodeState& state, ros::Time sta
 
 walker_sim::EnvironmentSpec Outputs::spec() const {
   walker_sim::EnvironmentSpec message;
-  to_message(shown_.specification(), options_, message);
+  to_message(shown_.specification(), options_, shown_.world(), message);
   return message;
 }
 

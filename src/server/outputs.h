@@ -1,8 +1,10 @@
 // Outputs of a state: topics, markers, pictures, and the transition in a response.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -28,6 +30,8 @@ class Outputs {
 
   /// Publishes the specification and the static transforms (latched).
   void publish_constants(ros::Time stamp);
+  /// Publishes the specification (latched) with the world of the resets to come.
+  void publish_spec();
 
   /// Publishes the state after a reset, with the episode (latched) and the scene.
   void publish_reset(ros::Time stamp);
@@ -70,7 +74,8 @@ class Outputs {
   };
 
   void publish_state(ros::Time stamp);
-  void publish_sensors(ros::Time stamp);
+  void publish_measurements();
+  void begin_stamps();
   void publish_episode(ros::Time stamp);
   ros::Publisher advertise_records(ros::NodeHandle& node);
   void publish_record(ros::Time stamp);
@@ -79,7 +84,10 @@ class Outputs {
   Episode& shown_;
   ServerOptions options_;
   Frames frames_;
-  int recorder_connections_ = 0;  // to the topic that is needed to replay a bag
+  int recorder_connections_ = 0;   // to the topic that is needed to replay a bag
+  std::vector<ros::Time> stamps_;  // ring by step: as many as the world's observation delay needs
+  std::uint32_t first_stamp_ = 0;  // step of the first one; 0 unless the episode was restored
+  std::optional<std::uint32_t> observed_step_;  // of the newest measurements; none: no state yet
 
   Topic<sensor_msgs::JointState> joint_states_;
   Topic<sensor_msgs::LaserScan> scan_;

@@ -51,6 +51,31 @@ std::string resolve_recorder(const std::string& name) {
   return ros::names::resolve(name);
 }
 
+/// Converts a YAML mapping `world`, which the parameter server keeps as world/NAME, to text.
+void take_mapping_as_text(Parameters& given) {
+  const std::string prefix = "world/";
+  std::string text;
+  for (auto next = given.lower_bound(prefix);
+       next != given.end() && next->first.compare(0, prefix.size(), prefix) == 0;) {
+    text += (text.empty() ? "{" : ", ") + next->first.substr(prefix.size()) + ": " +
+            to_string(next->second);
+    next = given.erase(next);
+  }
+  if (!text.empty()) given["world"] = text + "}";
+}
+
+/// @throws std::invalid_argument if the environment cannot apply the world
+World read_world(const std::string& id, const std::string& text) {
+  if (text.empty()) return {};
+  try {
+    World world = load_world(text);
+    check_world(id, world);
+    return world;
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument("parameter world = " + text + ": " + error.what());
+  }
+}
+
 /// The id, whose parameters must be known before all can be checked.
 std::string read_id(const Parameters& given) {
   const auto found = given.find("env");
@@ -110,6 +135,10 @@ std::vector<ParameterDescription> server_parameters() {
        "Seed of the first reset if its request has none, as decimal text; empty: drawn at random. "
        "Environment i uses seed + i.",
        0, 0},
+      {"world", std::string(), "",
+       "World of all environments: a preset, a YAML file or {NAME: NUMBER, NAME: [LOW, HIGH]}; "
+       "empty: Gymnasium's.",
+       0, 0},
       {"real_time_factor", 1.0, "",
        "Simulation time over wall time in mode free; 0: as fast as possible.", 0,
        kMaxRealTimeFactor},
@@ -159,6 +188,7 @@ std::vector<std::string> environment_parameter_names() {
 ServerOptions read_server_options() {
   Parameters given = private_parameters();
   take_as_text("seed", given);
+  take_mapping_as_text(given);
   ServerOptions options;
   options.id = read_id(given);
   const std::vector<ParameterDescription> environment = parameter_descriptions(options.id);
@@ -176,6 +206,7 @@ ServerOptions read_server_options() {
   }
   options.mode = parse_mode(std::get<std::string>(complete.at("mode")));
   options.seed = parse_seed("seed", std::get<std::string>(complete.at("seed")));
+  options.world = read_world(options.id, std::get<std::string>(complete.at("world")));
   options.real_time_factor = std::get<double>(complete.at("real_time_factor"));
   options.auto_reset = std::get<bool>(complete.at("auto_reset"));
   read_batch_options(complete, options);

@@ -9,6 +9,7 @@
 
 #include "walker_sim/parameters.h"
 #include "walker_sim/pool.h"
+#include "walker_sim/world.h"
 
 namespace walker {
 
@@ -26,6 +27,7 @@ struct ServerOptions {
   AutoresetMode autoreset_mode = AutoresetMode::next_step;
   std::uint32_t shown_environment = 0;  ///< index of the published environment
   std::optional<std::uint64_t> seed;    ///< none: drawn at random
+  World world;                          ///< of all environments; empty: Gymnasium's
   double real_time_factor;              ///< 0: as fast as possible
   bool auto_reset;
   double command_timeout;  ///< [s]; 0: none

@@ -20,6 +20,7 @@
 #include "ros/checked_subscription.h"
 #include "ros/listening.h"
 #include "ros/throttle.h"
+#include "ros/worlds.h"
 #include "server/gazebo/physics_properties.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Render.h"
@@ -27,6 +28,7 @@
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
 #include "walker_sim/SetRealTimeFactor.h"
+#include "walker_sim/SetWorld.h"
 #include "walker_sim/Snapshot.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
@@ -217,8 +219,10 @@ void Server::serve(Drive::Clock::duration longest) {
 void Server::advertise_services() {
   advertise<walker_sim::Reset>(port_, "reset", [this](const auto& request, auto& response) {
     const std::optional<std::uint64_t> seed = request.seed;
-    const EpisodeState& state = drive_->reset(request.has_seed != 0 ? seed : std::nullopt);
+    const EpisodeState& state =
+        drive_->reset(request.has_seed != 0 ? seed : std::nullopt, to_world(request.world));
     response.transition = outputs_.message(state, clock_.now());
+    to_message(values_of(state), response.world);
   });
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
     drive_->require_steps_by_service("step");
@@ -233,7 +237,7 @@ void Server::advertise_services() {
     response.transition = outputs_.message(state, clock_.now());
   });
   constexpr std::size_t kResetBytes =
-      sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t);
+      sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t) + kMaxWorldBytes;
   advertise<walker_sim::ResetBatch>(
       port_, "reset_batch",
       [this](const auto& request, auto& response) {
@@ -241,6 +245,10 @@ void Server::advertise_services() {
         drive_->restart_schedule();
       },
       pool_.options().num_envs * kResetBytes);
+  advertise<walker_sim::SetWorld>(
+      port_, "set_world",
+      [this](const auto& request, auto& /*response*/) { simulation_.set_worlds(request); },
+      pool_.options().num_envs * (sizeof(std::uint32_t) + kMaxWorldBytes));
   advertise<walker_sim::StepBatch>(
       port_, "step_batch",
       [this](const auto& request, auto& response) {
@@ -283,16 +291,22 @@ void Server::advertise_gazebo_services() {
   });
   advertise_empty(port_, "reset_simulation", reset);
   advertise_empty(port_, "reset_world", reset);
-  const Specification& specification = pool_.specification();
+  // With the gravity of the shown episode's world.
+  const auto present = [this] {
+    Specification specification = pool_.specification();
+    double& gravity = specification.gravity[2];
+    gravity = value_or(values_of(simulation_.shown().state()), "gravity", gravity);
+    return specification;
+  };
   advertise<gazebo::GetPhysicsProperties>(
-      port_, "get_physics_properties", [&](const auto& /*request*/, auto& response) {
-        gazebo::get_physics_properties(specification, *drive_, response);
+      port_, "get_physics_properties", [this, present](const auto& /*request*/, auto& response) {
+        gazebo::get_physics_properties(present(), *drive_, response);
       });
   advertise<gazebo::SetPhysicsProperties>(
-      port_, "set_physics_properties", [&](const auto& request, auto& response) {
+      port_, "set_physics_properties", [this, present](const auto& request, auto& response) {
         // Gazebo accepts all values, so clients seldom check the response.
         call_and_log("set_physics_properties", [&] {
-          gazebo::set_physics_properties(request, specification, *drive_, response);
+          gazebo::set_physics_properties(request, present(), *drive_, response);
         });
       });
 }

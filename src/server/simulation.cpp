@@ -11,6 +11,7 @@
 #include "base/printable_text.h"
 #include "ros/records.h"
 #include "ros/throttle.h"
+#include "ros/worlds.h"
 
 namespace walker {
 namespace {
@@ -30,10 +31,21 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
       command_(pool.specification(), options.command_timeout, options.real_time_factor == 0),
       batch_calls_(pool, options_, counters_, episodes_) {}
 
-const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed) {
+/// Makes a call that may change worlds, and publishes the specification if it has.
+template <typename Change>
+void Simulation::change_worlds(const Change& change) {
+  const World before = shown_.world();
+  change();
+  if (shown_.world() != before) outputs_.publish_spec();
+}
+
+const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed,
+                                      const std::optional<World>& world) {
   clock_.require();
   Episode& environment = single_episode(pool_, "reset");
-  outputs_.publish_abandoned(outputs_.abandoned_record(clock_.now()));
+  const auto abandoned = outputs_.abandoned_record(clock_.now());
+  if (world) change_worlds([&] { environment.set_world(*world); });
+  outputs_.publish_abandoned(abandoned);
   environment.reset(seed);
   stepping_agents_.clear();
   ++counters_.resets;
@@ -99,7 +111,7 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   const bool is_shown_listed =
       listed.empty() || std::count(listed.begin(), listed.end(), options_.shown_environment) != 0;
   const auto abandoned = is_shown_listed ? outputs_.abandoned_record(clock_.now()) : std::nullopt;
-  batch_calls_.reset(request, response);
+  change_worlds([&] { batch_calls_.reset(request, response); });
   stepping_agents_.clear();
   if (state.episode != episode) {
     outputs_.publish_abandoned(abandoned);
@@ -124,6 +136,10 @@ void Simulation::step_batch(const std::vector<double>& actions,
   const std::uint32_t episode = state.episode;
   batch_calls_.reset_ended(response);
   if (state.episode != episode) publish_reset();
+}
+
+void Simulation::set_worlds(const walker_sim::SetWorld::Request& request) {
+  change_worlds([&] { batch_calls_.set_worlds(request); });
 }
 
 walker_sim::EpisodeRecord Simulation::snapshot() const {
@@ -232,6 +248,7 @@ bool Restores::continue_first() {
     if (!scratch.repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
     const EpisodeState& state = simulation_.restore(scratch);
     response.transition = outputs_.message(state, simulation_.clock().now());
+    to_message(values_of(state), response.world);
     response.success = 1;
   } catch (const std::exception& error) {
     response.status_message = printable(error.what());

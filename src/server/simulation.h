@@ -31,7 +31,8 @@ class Simulation {
 
   /// Begins an episode. Without a seed the generator continues. If the engine fails, the episode
   /// has ended at once (`failed_at_reset`).
-  const EpisodeState& reset(std::optional<std::uint64_t> seed);
+  /// @param world of this and the following episodes; nullopt: as before
+  const EpisodeState& reset(std::optional<std::uint64_t> seed, const std::optional<World>& world);
   const EpisodeState& step(const std::vector<double>& action);
   /// Repeats an action until the number of steps is reached or the episode ends.
   const EpisodeState& step_many(const walker_sim::StepMany::Request& request,
@@ -42,6 +43,7 @@ class Simulation {
                    walker_sim::ResetBatch::Response& response);
   /// Steps every environment once, or resets it if the autoreset mode requires it.
   void step_batch(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  void set_worlds(const walker_sim::SetWorld::Request& request);
   walker_sim::EpisodeRecord snapshot() const;
   /// Replaces the present episode by a repeated one.
   const EpisodeState& restore(Episode& repeated);
@@ -66,6 +68,8 @@ class Simulation {
   void advance_time();
   void publish_step();
   void publish_reset();
+  template <typename Change>
+  void change_worlds(const Change& change);
   const EpisodeState& make_step(const std::vector<double>& action);
   void count_if_clamped(const std::vector<double>& action);
   void record_commanding(const std::string& agent);

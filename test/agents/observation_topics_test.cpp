@@ -15,6 +15,7 @@
 #include <ros/ros.h>
 
 #include "agents/sensor_topics.h"
+#include "episode/episode.h"
 #include "server/remote.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
@@ -29,6 +30,7 @@ struct Case {
   Parameters parameters;
   double stamp_tolerance;  // [s]
   double bound;            // documented in observation_builder.h
+  World world = {};        // of the server
 };
 
 /// Collects measurements by stamp. Needs a spinner in another thread.
@@ -65,6 +67,7 @@ class ObservationTopics : public testing::TestWithParam<Case> {
  protected:
   /// Resets until measurements arrive: a publisher accepts a subscriber after a short delay.
   void SetUp() override {
+    twin_.environment().set_world(GetParam().world);
     const auto give_up = std::chrono::steady_clock::now() + kPatience;
     while (std::chrono::steady_clock::now() < give_up) {
       if (sensed_.at(remote_.reset(0).header.stamp, std::chrono::milliseconds(50))) return;
@@ -72,24 +75,46 @@ class ObservationTopics : public testing::TestWithParam<Case> {
     FAIL() << "the topics tell nothing of a reset";
   }
 
+  walker_sim::Transition reset(std::uint64_t seed) {
+    twin_.reset(seed);
+    stamps_.clear();
+    measured_step_.reset();
+    builder_->reset();
+    return remote_.reset(seed);
+  }
+
+  walker_sim::Transition step(const std::vector<double>& action) {
+    twin_.step(action);
+    return remote_.step(action);
+  }
+
+  /// Compares with the measurements of the step that the walker observes, which a world may delay.
   void compare(const walker_sim::Transition& told) {
-    const std::optional<Measurements> measurements = sensed_.at(told.header.stamp);
-    ASSERT_TRUE(measurements) << "the topics tell nothing of step " << told.step;
-    std::vector<double> built(told.observation.size());
-    builder_->build(*measurements, built.data());
-    for (std::size_t i = 0; i < built.size(); ++i) {
-      ASSERT_NEAR(built[i], told.observation[i], GetParam().bound)
+    ASSERT_TRUE(twin_.equals(told));
+    stamps_.push_back(told.header.stamp);
+    const std::uint32_t step = episode_of(twin_.environment()).observed_step();
+    if (measured_step_ != step) {
+      const std::optional<Measurements> measurements = sensed_.at(stamps_.at(step));
+      ASSERT_TRUE(measurements) << "the topics tell nothing of step " << step;
+      builder_->build(*measurements, built_.data());
+      measured_step_ = step;
+    }
+    for (std::size_t i = 0; i < built_.size(); ++i) {
+      ASSERT_NEAR(built_[i], told.observation[i], GetParam().bound)
           << "value " << i << " of step " << told.step << ", episode " << told.episode;
     }
     ++compared_;
   }
 
-  std::unique_ptr<Environment> environment_ = make(GetParam().id, GetParam().parameters);
-  const Specification& specification_ = environment_->specification();
+  Twin twin_{GetParam().id, GetParam().parameters};
+  const Specification& specification_ = twin_.environment().specification();
   std::unique_ptr<ObservationBuilder> builder_ =
       make_observation_builder(GetParam().id, GetParam().parameters);
   Remote remote_{GetParam().space + std::string("/walker_sim")};
   Sensed sensed_{GetParam().space, specification_, GetParam().stamp_tolerance};
+  std::vector<ros::Time> stamps_;               // of the episode's steps
+  std::optional<std::uint32_t> measured_step_;  // of `built_`
+  std::vector<double> built_ = std::vector<double>(specification_.observation_size());
   int compared_ = 0;
 };
 
@@ -97,12 +122,11 @@ TEST_P(ObservationTopics, EqualTheServersOwn) {
   for (const char* name : {"heuristic", "random"}) {
     const std::unique_ptr<Agent> agent = make_agent(name, specification_, 1);
     for (const std::uint64_t seed : {3, 6, 9}) {
-      walker_sim::Transition told = remote_.reset(seed);
-      builder_->reset();
+      walker_sim::Transition told = reset(seed);
       agent->reset();
       ASSERT_NO_FATAL_FAILURE(compare(told));
       for (int i = 0; i < 150 && !told.terminated && !told.truncated; ++i) {
-        told = remote_.step(agent->act(told.observation));
+        told = step(agent->act(told.observation));
         ASSERT_NO_FATAL_FAILURE(compare(told));
       }
     }
@@ -113,6 +137,20 @@ TEST_P(ObservationTopics, EqualTheServersOwn) {
 constexpr double kSingle = 1.2e-7;
 constexpr double kDouble = 1e-12;
 
+const WorldValues kNoise{{"joint_position_noise", 0.05},
+                         {"joint_velocity_noise", 0.5},
+                         {"orientation_noise", 0.1},
+                         {"angular_velocity_noise", 0.3},
+                         {"linear_velocity_noise", 0.2}};
+
+/// kNoise, and noisy ranges of a lidar that sees less far.
+WorldValues with_lidar() {
+  WorldValues values = kNoise;
+  values["lidar_range"] = 4;
+  values["range_noise"] = 0.5;
+  return values;
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Servers, ObservationTopics,
     testing::Values(Case{"/plain", "BipedalWalker-v3", {}, 0, kSingle},
@@ -121,7 +159,29 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"/v5", "Walker2d-v5", {}, 0, kDouble},
                     // With equal stamps, a tolerance has no effect.
                     Case{"/plain", "BipedalWalker-v3", {}, 0.005, kSingle},
-                    Case{"/v5", "Walker2d-v5", {}, 0.003, kDouble}),
+                    Case{"/v5", "Walker2d-v5", {}, 0.003, kDouble},
+                    // As in the launch file.
+                    Case{"/noisy", "BipedalWalker-v3", {}, 0, kSingle, as_numbers(with_lidar())},
+                    Case{"/noisy_v5", "Walker2d-v5", {}, 0, kDouble, as_numbers(kNoise)},
+                    Case{"/noisy_hopper", "Hopper-v5", {}, 0, kDouble, as_numbers(kNoise)},
+                    Case{"/late",
+                         "BipedalWalker-v3",
+                         {},
+                         0,
+                         kSingle,
+                         as_numbers({{"observation_delay", 0.1}, {"dropout", 0.3}})},
+                    Case{"/late_v5",
+                         "Walker2d-v5",
+                         {{"terminate_when_unhealthy", false}},
+                         0,
+                         kDouble,
+                         as_numbers({{"joint_position_noise", 0.05}, {"observation_delay", 0.04}})},
+                    Case{"/dropping",
+                         "BipedalWalkerHardcore-v3",
+                         {},
+                         0,
+                         kSingle,
+                         as_numbers({{"dropout", 0.5}, {"orientation_noise", 0.1}})}),
     [](const testing::TestParamInfo<Case>& of) {
       return std::string(of.param.space).substr(1) +
              (of.param.stamp_tolerance == 0 ? "" : "_with_tolerance");

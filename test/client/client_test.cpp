@@ -88,27 +88,68 @@ TEST(Client, Resets) {
   const std::uint64_t max = std::numeric_limits<std::uint64_t>::max();
   for (const std::optional<std::uint64_t> seed : {std::optional<std::uint64_t>(max), {}}) {
     Transition transition;
+    const std::string own_world(8, '\0');  // no preset, no parameters
     EXPECT_EQ(
-        request_of(kReset, test::to_bytes(test::example_transition()),
+        request_of(kReset, test::to_bytes(Reset{test::example_transition(), {}}),
                    [&](Client& client) { client.reset(seed, transition); }),
-        test::Message().number(std::uint8_t{seed.has_value()}).number(seed.value_or(0)).bytes());
+        test::Message().number(std::uint8_t{seed.has_value()}).number(seed.value_or(0)).bytes() +
+            own_world);
     expect_example(transition);
   }
 }
 
-TEST(Client, ResetsABatch) {
-  const BatchReset meant{{1, 2, 3, 4, 5, 6}, {7, 8}, {1}, {"the engine"}};
-  BatchReset reset;
-  EXPECT_EQ(request_of(kResetBatch, test::to_bytes(meant),
+/// A world as it is sent: the empty one as the preset that is Gymnasium's.
+std::string sent(const World& world) {
+  test::Message message;
+  return test::append(world, message.text(world.empty() ? "gymnasium" : "")).bytes();
+}
+
+TEST(Client, ResetsInAWorld) {
+  const Reset meant{test::example_transition(), {{"gravity", -1.5}, {"pit_gap", 0.5}}};
+  for (const World& world : {World{{"gravity", {-2, -1}}, {"pit_gap", {0.5, 0.5}}}, World{}}) {
+    Reset reset;
+    EXPECT_EQ(request_of(kReset, test::to_bytes(meant),
+                         [&](Client& client) { client.reset(std::nullopt, world, reset); }),
+              std::string(9, '\0') + sent(world));
+    EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+  }
+}
+
+TEST(Client, SetsWorlds) {
+  const World moon{{"gravity", {-1.62, -1.62}}};
+  EXPECT_EQ(request_of(kSetWorld, test::Message().number(std::uint8_t{1}).text("").bytes(),
                        [&](Client& client) {
-                         client.reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, reset);
+                         client.set_world({1, 0}, {moon, {}});
                        }),
-            test::Message()
-                .array<std::uint32_t>({1, 0})
-                .array<std::uint8_t>({1, 0})
-                .array<std::uint64_t>({5, 0})
-                .bytes());
-  EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+            test::Message().array<std::uint32_t>({1, 0}).number(std::uint32_t{2}).bytes() +
+                sent(moon) + sent({}));
+  EXPECT_EQ(message_of<RequestRefused>([&] {
+              request_of(kSetWorld, test::Message().number(std::uint8_t{0}).text("no").bytes(),
+                         [&](Client& client) { client.set_world({}, {moon}); });
+            }),
+            "no");
+}
+
+TEST(Client, ResetsABatch) {
+  const BatchReset meant{{1, 2, 3, 4, 5, 6}, {7, 8}, {1}, {"the engine"}, {{0, {{"gravity", -3}}}}};
+  const World world{{"gravity", {-4, -2}}};
+  for (const std::vector<World>& worlds : {std::vector<World>{}, {world}, {{}, world}}) {
+    BatchReset reset;
+    std::string expected = test::Message()
+                               .array<std::uint32_t>({1, 0})
+                               .array<std::uint8_t>({1, 0})
+                               .array<std::uint64_t>({5, 0})
+                               .number(static_cast<std::uint32_t>(worlds.size()))
+                               .bytes();
+    for (const World& each : worlds) expected += sent(each);
+    EXPECT_EQ(
+        request_of(kResetBatch, test::to_bytes(meant),
+                   [&](Client& client) {
+                     client.reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, worlds, reset);
+                   }),
+        expected);
+    EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+  }
 }
 
 /// An empty list resets all environments of the server.
@@ -116,7 +157,7 @@ TEST(Client, ResetsAllOrOne) {
   for (const std::vector<std::uint32_t>& environments : {std::vector<std::uint32_t>{}, {1}}) {
     const std::size_t rows = environments.empty() ? 2 : 1;
     const BatchReset meant{
-        std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {}, {}};
+        std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {}, {}, {}};
     BatchReset reset;
     request_of(kResetBatch, test::to_bytes(meant),
                [&](Client& client) { client.reset_batch(environments, {}, reset); });

@@ -87,9 +87,41 @@ TEST(Messages, ChecksAReset) {
   Transition valid = test::example_transition();
   valid.step = 0;
   valid.action.clear();
-  const Rejections<Transition> rejections(valid, read_transition);
-  rejections.expect([](Transition& transition) { transition.action = {0}; },
+  const Rejections<Reset> rejections({valid, {{"gravity", -5}}}, [](Reader& reader, Reset& reset) {
+    read(reader, kServer, reset);
+  });
+  rejections.expect([](Reset& reset) { reset.transition.action = {0}; },
                     "action has 1 elements; must have 0");
+  rejections.expect(
+      [](Reset& reset) {
+        for (int i = 0; i < 300; ++i) reset.world[std::to_string(i)] = i;
+      },
+      "world has 301 parameters; must have at most 256");
+  rejections.expect(
+      [](Reset& reset) { reset.world["gravity"] = std::numeric_limits<double>::quiet_NaN(); },
+      "world has a range for gravity; must have a number");
+}
+
+/// Drawn values that the type cannot express: a repeated name, and a range.
+TEST(Messages, ChecksDrawnValues) {
+  const auto error_of = [](const test::Message& world) {
+    const std::string bytes = test::to_bytes(test::example_transition()) + world.bytes();
+    Reader reader = reader_of(bytes);
+    Reset reset;
+    return message_of<std::runtime_error>([&] { read(reader, kServer, reset); });
+  };
+  EXPECT_EQ(error_of(test::Message()
+                         .number(std::uint32_t{2})
+                         .text("a")
+                         .number(1.0)
+                         .number(1.0)
+                         .text("a")
+                         .number(1.0)
+                         .number(1.0)),
+            "its answer's world has a twice");
+  EXPECT_EQ(error_of(test::Message().number(std::uint32_t{1}).text("a").number(1.0).number(2.0)),
+            "its answer's world has a range for a; must have a number");
+  EXPECT_EQ(error_of(test::Message().number(kMax)), "the answer ends within a field");
 }
 
 TEST(Messages, ChecksARepeatedStep) {
@@ -135,6 +167,10 @@ TEST(Messages, ChecksABatchOfSteps) {
                     "failures has 2 elements; must have 1");
   rejections.expect([](Batch& batch) { batch.failed_at_reset[0] = 3; },
                     "failed_at_reset[0] is 3; must be 0 or 1");
+  rejections.expect([](Batch& batch) { batch.worlds[0].environment = 2; },
+                    "worlds[0].environment is 2; must be below num_envs = 2");
+  rejections.expect([](Batch& batch) { batch.worlds.resize(3); },
+                    "worlds has 3 elements; must have at most 2");
   rejections.expect([](Batch& batch) { batch.terminated[1] = 2; },
                     "terminated[1] is 2; must be 0 or 1");
   rejections.expect([](Batch& batch) { batch.truncated[0] = 255; },
@@ -144,7 +180,11 @@ TEST(Messages, ChecksABatchOfSteps) {
 TEST(Messages, ChecksABatchOfResets) {
   for (const std::size_t rows : {1, 2}) {
     const Rejections<BatchReset> rejections(
-        {std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {0}, {"the engine"}},
+        {std::vector<double>(3 * rows, 0.5),
+         std::vector<double>(rows, 2),
+         {0},
+         {"the engine"},
+         {{1, {{"gravity", -5}}}}},
         [&](Reader& reader, BatchReset& reset) { read(reader, kServer, rows, reset); });
     rejections.expect_size("observations", &BatchReset::observations);
     rejections.expect_size("info", &BatchReset::info);
@@ -152,6 +192,8 @@ TEST(Messages, ChecksABatchOfResets) {
                       "failed_environments[0] is 2; must be below num_envs = 2");
     rejections.expect([](BatchReset& reset) { reset.failures.clear(); },
                       "failures has 0 elements; must have 1");
+    rejections.expect([](BatchReset& reset) { reset.worlds[0].environment = kMax; },
+                      "worlds[0].environment is 4294967295; must be below num_envs = 2");
   }
 }
 
@@ -195,7 +237,7 @@ TEST(Messages, BoundsTheSizeOfAnswers) {
   constexpr std::size_t kMebibyte = 1 << 20;
   for (const ServiceIndex service : {kReset, kStep, kStepMany, kRestore, kResetBatch, kStepBatch}) {
     EXPECT_GE(max_answer_bytes(service, kServer), kMebibyte);
-    EXPECT_LT(max_answer_bytes(service, kServer), kMebibyte + 4096);
+    EXPECT_LT(max_answer_bytes(service, kServer), kMebibyte + 4096 + 2 * kMaxWorldBytes);
   }
   EXPECT_EQ(max_answer_bytes(kGetSpec, kServer), kMaxSpecificationBytes);
   EXPECT_GE(max_answer_bytes(kSnapshot, kServer), 16000000 + kMaxSpecificationBytes);

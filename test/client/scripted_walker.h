@@ -26,6 +26,7 @@ inline ServerSpecification example_specification() {
   spec.num_envs = 2;
   spec.parameter_names = {"a", "bc"};
   spec.parameter_values = {"", "0.5"};
+  spec.world = {{"gravity", {-2, -1}}};
   spec.observation_size = 3;
   spec.observation_dtype = "float64";
   spec.observation_low = {-1, -2, -3};
@@ -47,10 +48,25 @@ inline ServerSpecification example_specification() {
   return spec;
 }
 
+inline Message& append(const World& world, Message& message) {
+  message.number(static_cast<std::uint32_t>(world.size()));
+  for (const auto& [name, range] : world) message.text(name).number(range.low).number(range.high);
+  return message;
+}
+
+inline Message& append(const std::vector<EnvironmentWorld>& worlds, Message& message) {
+  message.number(static_cast<std::uint32_t>(worlds.size()));
+  for (const EnvironmentWorld& world : worlds) {
+    append(as_numbers(world.values), message.number(world.environment));
+  }
+  return message;
+}
+
 inline std::string to_bytes(const ServerSpecification& spec) {
   Message message;
   message.number(spec.interface_version).text(spec.id).number(spec.num_envs);
   message.texts(spec.parameter_names).texts(spec.parameter_values);
+  append(spec.world, message.text(spec.world.empty() ? "gymnasium" : ""));
   message.number(spec.observation_size).text(spec.observation_dtype);
   message.array(spec.observation_low).array(spec.observation_high);
   message.number(spec.action_size).array(spec.action_low).array(spec.action_high);
@@ -92,6 +108,7 @@ inline BatchTransition example_batch() {
   batch.final_environments = {1};
   batch.final_observations = {11, 12, 13};
   batch.final_info = {14};
+  batch.worlds = {{1, {{"gravity", -5}, {"pit_gap", 0.5}}}};
   return batch;
 }
 
@@ -101,17 +118,18 @@ inline std::string to_bytes(const BatchTransition& batch) {
   message.array(batch.terminated).array(batch.truncated).array(batch.episodes);
   message.array(batch.steps).array(batch.info).array(batch.failed_environments);
   message.array(batch.failed_at_reset).texts(batch.failures).array(batch.final_environments);
-  return message.array(batch.final_observations).array(batch.final_info).bytes();
+  message.array(batch.final_observations).array(batch.final_info);
+  return append(batch.worlds, message).bytes();
 }
 
 inline std::string to_bytes(const BatchReset& reset) {
   Message message;
   message.number(std::uint8_t{1}).text("");
   message.array(reset.observations).array(reset.info).array(reset.failed_environments);
-  return message.texts(reset.failures).bytes();
+  return append(reset.worlds, message.texts(reset.failures)).bytes();
 }
 
-/// Response of ~reset and ~step: `success`, `status_message`, then the transition.
+/// Response of ~step: `success`, `status_message`, then the transition.
 inline std::string to_bytes(const Transition& transition, bool success = true,
                             const std::string& status_message = "") {
   constexpr std::uint64_t kPerSecond = 1000000000;
@@ -126,6 +144,12 @@ inline std::string to_bytes(const Transition& transition, bool success = true,
   message.number(std::uint8_t{transition.terminated});
   message.number(std::uint8_t{transition.truncated});
   return message.array(transition.info).text(transition.error).bytes();
+}
+
+/// Response of ~reset and ~restore.
+inline std::string to_bytes(const Reset& reset) {
+  Message world;
+  return to_bytes(reset.transition) + append(as_numbers(reset.world), world).bytes();
 }
 
 inline std::string to_bytes(const RepeatedStep& repeated) {
@@ -176,7 +200,7 @@ inline ScriptedServer::Script answering(ServiceIndex service,
   };
 }
 
-/// Frame of the example transition, as ~reset and ~step answer.
+/// Frame of the example transition, as ~step answers.
 inline std::string example_answer() { return answer(to_bytes(example_transition())); }
 
 inline ClientOptions options_for(const ScriptedServer& master) {

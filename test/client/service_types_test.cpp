@@ -12,6 +12,7 @@
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
+#include "walker_sim/SetWorld.h"
 #include "walker_sim/Snapshot.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
@@ -38,6 +39,7 @@ TEST(ServiceTypes, AreTheGeneratedOnes) {
   expect_generated<walker_sim::StepMany>(kStepMany, "step_many");
   expect_generated<walker_sim::Snapshot>(kSnapshot, "snapshot");
   expect_generated<walker_sim::Restore>(kRestore, "restore");
+  expect_generated<walker_sim::SetWorld>(kSetWorld, "set_world");
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ TEN_WALKERS = str(ROOT / "launch" / "ten_walkers.launch")
 WALKERS = [f"/walker_{number}/" for number in range(1, 11)]
 ARGUMENTS = [
     *("env", "mode", "agent", "policy", "num_envs", "seed", "real_time_factor", "xml_file"),
+    "world",
     "config",
     *("use_sim_time", "rviz", "paused", "ns", "gui", "headless", "debug", "verbose", "output"),
     *("required", "respawn", "recording"),
@@ -53,6 +54,16 @@ PARAMETERS = [
     ("agent:=policy; policy:=/tmp/a.safetensors", {"/agent/policy": "/tmp/a.safetensors"}),
     ("agent:=policy; policy:=~/a.safetensors", {"/agent/policy": "~/a.safetensors"}),
     ("seed:=18446744073709551615", {"/walker_sim/seed": "18446744073709551615"}),
+    ("", {"/walker_sim/world": None}),
+    ("world:=med_stairs", {"/walker_sim/world": "med_stairs"}),
+    ("world:=ice.yaml", {"/walker_sim/world": "/my runs/ice.yaml"}),
+    ("world:=worlds/ice; ns:=second", {"/second/walker_sim/world": "/my runs/worlds/ice"}),
+    ("world:=/tmp/ice.yaml", {"/walker_sim/world": "/tmp/ice.yaml"}),
+    ("world:=~/ice.yaml", {"/walker_sim/world": "~/ice.yaml"}),
+    (
+        "world:={gravity: -1.5, push_interval: [1, 3]}",
+        {"/walker_sim/world": "{gravity: -1.5, push_interval: [1, 3]}"},
+    ),
     ("env:=BipedalWalkerHardcore-v3", {"/walker_sim/env": "BipedalWalkerHardcore-v3"}),
     ("num_envs:=2; num_threads:=3", {"/walker_sim/num_envs": 2, "/walker_sim/num_threads": 3}),
     ("autoreset_mode:=same_step", {"/walker_sim/autoreset_mode": "same_step"}),

@@ -165,6 +165,14 @@ class GazeboTest(TransitionsTest):
         self.call("set_real_time_factor", factor=4.0)
         self.assertEqual(self.properties()[1], 200.0)
 
+    def test_gravity_is_that_of_the_world(self):
+        self.serve(mode="lockstep", world="moon")
+        self.assertEqual(self.properties()[2], (0.0, 0.0, -10.0), "before the first reset")
+        self.call("reset")
+        self.assertEqual(self.properties()[2], (0.0, 0.0, -1.62))
+        self.assertTrue(self.set(0.02, 0.0, (0, 0, -1.62)).success)
+        self.assert_refused(self.set(0.02, 0.0, (0, 0, -10)), "must be .0, 0, -1.62.")
+
     def test_unsupported_properties_are_refused_by_name(self):
         self.serve()
         gravity = (0.0, 0.0, -10.0)

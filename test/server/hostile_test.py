@@ -17,6 +17,7 @@ from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
 from server_harness import SERVICES, Bytes, ServerTest, bits, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty, Trigger
+from walker_sim.msg import World, WorldParameter
 
 ALL = {
     **SERVICES,
@@ -171,6 +172,7 @@ class HostileTest(ServerTest):
                 "seeds": list(range(count)),
             },
             "step_batch": {"actions": ACTION * count},
+            "set_world": {"worlds": [World("gymnasium", [])]},
             "set_real_time_factor": {"factor": 1.0},
             "set_physics_properties": physics(),
             "render": {"parameter_names": ["width"], "parameter_values": ["8"]},
@@ -294,7 +296,22 @@ class HostileTest(ServerTest):
             ({"environments": [0, 0]}, r"environments\[1\] = 0; is listed"),
             ({"environments": [0] * MILLION}, "a request of"),
         ]
-        table = []
+        worlds = [World("moon", [])]
+        table = [
+            ("set_world", {"worlds": [World("x" * MILLION, [])]}, "/set_world: a request of"),
+            ("set_world", {"worlds": [World("x" * 30_000, [])]}, "preset x+.*bytes left out"),
+            ("set_world", {"worlds": [World("\x1b[2J", [])]}, r"preset \\x1b\[2J: unknown"),
+            ("set_world", {"worlds": worlds, "environments": [0, 0]}, r"environments\[1\] = 0; is"),
+            ("set_world", {"worlds": worlds * (count + 1)}, f"worlds has {count + 1} values"),
+            *(
+                (
+                    "set_world",
+                    {"worlds": [World("", [WorldParameter("gravity", *ends)])]},
+                    "gravity",
+                )
+                for ends in itertools.product((NAN, INF, -INF, 1e308, 5e-324), repeat=2)
+            ),
+        ]
         for index in (count, count + 1, 2**31, MAX_UINT32):
             message = rf"= {index}; must be below num_envs = {count}"
             resets.append(({"environments": [0, index]}, rf"environments\[1\] {message}"))
@@ -373,7 +390,8 @@ class HostileTest(ServerTest):
             one, other = self.both("reset", has_seed=True, seed=seed)
             self.assertTrue(same_experience(one.transition, other.transition))
             self.assert_untouched(f"seed {seed}")
-        words, reply = self.troubled.send("reset", b"\xff" + struct.pack("<Q", 5))  # non-zero: true
+        request = b"\xff" + struct.pack("<QII", 5, 0, 0)  # non-zero: true; no world
+        words, reply = self.troubled.send("reset", request)
         self.assertEqual(words, "")
         other = self.quiet.ask("reset", has_seed=True, seed=5)
         self.assertTrue(same_experience(reply.transition, other.transition))

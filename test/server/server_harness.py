@@ -38,6 +38,7 @@ from walker_sim.srv import (
     ResetBatch,
     Restore,
     SetRealTimeFactor,
+    SetWorld,
     Snapshot,
     Step,
     StepBatch,
@@ -58,6 +59,7 @@ SERVICES = {
     "snapshot": Snapshot,
     "restore": Restore,
     "set_real_time_factor": SetRealTimeFactor,
+    "set_world": SetWorld,
 }
 # Topics with one message per state.
 STATE_TOPICS = {

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import tempfile
 from xmlrpc.client import Binary
 
 import rospy
@@ -26,6 +27,14 @@ REFUSED = [
     ({"autoreset_mode": "never"}, ["autoreset_mode", "never", "next_step, same_step or disabled"]),
     ({"seed": "0x10"}, ["seed", "0x10", "18446744073709551615"]),
     ({"seed": [float("nan")]}, ["seed", ".nan", "18446744073709551615"]),
+    ({"world": "moom"}, ["parameter world = moom", "neither a preset", "did you mean moon?"]),
+    ({"world": "/nowhere/world.yaml"}, ["/nowhere/world.yaml", "neither a preset", "YAML file"]),
+    ({"world": "{gravity: -5, gravty: -5}"}, ["world parameter gravty = -5", "gravity"]),
+    ({"world": "{gravity: -5"}, ["parameter world = {gravity: -5"]),
+    ({"world": {"gravity": [-5, -9]}}, ["world parameter gravity = [-5.0, -9.0]", "low <= high"]),
+    ({"world": {"dropout": 1.5}}, ["world parameter dropout = 1.5", "[0.0, 1.0]"]),
+    ({"world": 5}, ["world", "5", "text"]),
+    ({**WALKER2D, "world": "med_stairs"}, ["ground_roughness", "cannot be applied by Walker2d-v5"]),
     ({"real_time_factor": -1.0}, ["real_time_factor", "-1", "0"]),
     ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
     ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),
@@ -166,6 +175,19 @@ class StartTest(ServerTest):
         spec, other = self.specification(seed="12", max_episode_steps="1.0e2", num_envs="1e0")
         self.assertEqual(one.observation, other.observation)
         self.assertEqual(spec.max_episode_steps, 100)
+
+    def test_world_is_a_preset_a_file_a_text_or_a_mapping(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "my world.yaml")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("# a comment\ngravity: -1.62\n")
+            for world in ("moon", path, "{gravity: -1.62}", {"gravity": -1.62}):
+                spec, _ = self.specification(world=world)
+                found = [(p.name, p.low, p.high) for p in spec.world.parameters]
+                self.assertEqual(found, [("gravity", -1.62, -1.62)], world)
+        for world in ("", "gymnasium", "{}"):
+            spec, _ = self.specification(world=world)
+            self.assertEqual((spec.world.preset, spec.world.parameters), ("gymnasium", []), world)
 
     def test_parameters_of_other_nodes_are_ignored(self):
         rospy.set_param("/taken_too/unknown", 1)

@@ -93,9 +93,10 @@ class RunningDrive : public Drive {
 
  protected:
   /// Logs the first of consecutive failures; diagnostics report all of them.
-  void begin_episode(std::optional<std::uint64_t> seed) override {
+  void begin_episode(std::optional<std::uint64_t> seed,
+                     const std::optional<World>& world) override {
     const bool failed_before = state().failed_at_reset();
-    simulation_.reset(seed);
+    simulation_.reset(seed, world);
     resets_again_at_ = Clock::now() + kUntilNextReset;
     if (failed_before || !state().failed_at_reset()) return;
     ROS_ERROR_STREAM("No episode: " << kResetFailed << ": " << state().error << "; "
@@ -112,7 +113,7 @@ class RunningDrive : public Drive {
 
   void step() {
     if (!state().has_begun() || state().has_ended()) {
-      begin_episode(std::nullopt);
+      begin_episode(std::nullopt, std::nullopt);
     } else {
       simulation_.step_by_command();
     }
@@ -136,7 +137,7 @@ class FreeDrive : public RunningDrive {
         pacer_(simulation.shown().specification().dt, options.real_time_factor) {}
 
   void start() override {
-    begin_episode(std::nullopt);
+    begin_episode(std::nullopt, std::nullopt);
     restart_schedule();
   }
 
@@ -216,8 +217,9 @@ class FollowDrive : public RunningDrive {
 
 }  // namespace
 
-const EpisodeState& Drive::reset(std::optional<std::uint64_t> seed) {
-  begin_episode(seed);
+const EpisodeState& Drive::reset(std::optional<std::uint64_t> seed,
+                                 const std::optional<World>& world) {
+  begin_episode(seed, world);
   restart_schedule();
   const EpisodeState& state = simulation_.shown().state();
   if (state.failed_at_reset()) {

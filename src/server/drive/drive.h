@@ -39,9 +39,11 @@ class Drive {
   virtual void require_steps_by_service(const std::string& /*service*/) const {}
 
   /// Begins an episode. The next step is due a period later.
+  /// @param world of this and the following episodes; nullopt: as before
   /// @return the state after the reset
   /// @throws std::runtime_error if the engine fails; then the episode has ended with that
-  const EpisodeState& reset(std::optional<std::uint64_t> seed);
+  const EpisodeState& reset(std::optional<std::uint64_t> seed,
+                            const std::optional<World>& world = std::nullopt);
 
   /// Called after a pause or a reset: the next step is due a period later, and none is missed.
   virtual void restart_schedule() { simulation_.timing().interrupt(); }
@@ -71,7 +73,9 @@ class Drive {
   virtual std::string complaint() const { return ""; }
 
  protected:
-  virtual void begin_episode(std::optional<std::uint64_t> seed) { simulation_.reset(seed); }
+  virtual void begin_episode(std::optional<std::uint64_t> seed, const std::optional<World>& world) {
+    simulation_.reset(seed, world);
+  }
 
   Simulation& simulation_;
 };

@@ -116,7 +116,7 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
   for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
     if (std::isnan(sensors.ranges[i])) continue;
     const bool is_hit = std::isfinite(sensors.ranges[i]);
-    const double range = is_hit ? sensors.ranges[i] : finder.maximum_range;
+    const double range = is_hit ? sensors.ranges[i] : sensors.maximum_range;
     const double angle = finder.angle_minimum + static_cast<double>(i) * finder.angle_increment;
     // The lidar frame's X is the world's x, its Y the world's z.
     const Eigen::Vector3d direction(std::cos(angle), 0, std::sin(angle));

@@ -10,6 +10,7 @@
 #include <tf2_eigen/tf2_eigen.h>
 
 #include "description/link_tree.h"
+#include "ros/worlds.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -96,13 +97,19 @@ void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp
   message.seed = state.seed.value_or(0);
   std::copy(state.generator_state.begin(), state.generator_state.end(),
             message.generator_state.begin());
+  to_message(values_of(state), message.world);
   message.length = state.step;
   message.episode_return = state.episode_return;
   message.end_reason = state.end_reason;
 }
 
+const WorldValues& values_of(const EpisodeState& state) {
+  static const WorldValues kNone;
+  return state.world ? *state.world : kNone;
+}
+
 void to_message(const Specification& specification, const ServerOptions& options,
-                walker_sim::EnvironmentSpec& message) {
+                const World& world, walker_sim::EnvironmentSpec& message) {
   message.interface_version = walker_sim::EnvironmentSpec::INTERFACE_VERSION;
   message.id = specification.id;
   message.num_envs = options.num_envs;
@@ -112,6 +119,7 @@ void to_message(const Specification& specification, const ServerOptions& options
     message.parameter_names.push_back(name);
     message.parameter_values.push_back(to_string(value));
   }
+  to_message(world, message.world);
   message.observation_size = static_cast<std::uint32_t>(specification.observation_size());
   message.observation_dtype = specification.observation_dtype;
   message.observation_low = specification.observation_low;
@@ -162,7 +170,7 @@ void to_message(const Specification& specification, const Sensors& sensors, cons
   message.time_increment = 0;  // all rays are measured at once
   message.scan_time = static_cast<float>(specification.dt);
   message.range_min = 0;
-  message.range_max = static_cast<float>(finder.maximum_range);
+  message.range_max = static_cast<float>(sensors.maximum_range);
   message.ranges.assign(sensors.ranges.begin(), sensors.ranges.end());
 }
 

@@ -41,14 +41,18 @@ struct Frames {
   std::vector<std::string> turned;  ///< per joint: its child, or the link on which that is fixed
 };
 
+/// What the episode has drawn from its world; empty in Gymnasium's.
+const WorldValues& values_of(const EpisodeState& state);
+
 // Each converter fills a message with its header. The message's vectors keep their capacity.
 
 void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
                 walker_sim::Transition& message);
 void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,
                 walker_sim::Episode& message);
+/// @param world of the resets to come
 void to_message(const Specification& specification, const ServerOptions& options,
-                walker_sim::EnvironmentSpec& message);
+                const World& world, walker_sim::EnvironmentSpec& message);
 void to_message(const Specification& specification, const Sensors& sensors, ros::Time stamp,
                 sensor_msgs::JointState& message);
 void to_message(const Specification& specification, const Sensors& sensors, const Frames& frames,
