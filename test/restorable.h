@@ -43,6 +43,8 @@ class Restorable {
     episode_.configure(options);
   }
 
+  void set_world(const World& world) { environment_->set_world(world); }
+  World world() const { return episode_.world(); }
   void reset(std::optional<std::uint64_t> seed) { episode_.reset(seed); }
   void step(const std::vector<double>& action) { episode_.step(action); }
   const Specification& specification() const { return episode_.specification(); }

@@ -29,7 +29,8 @@ set(short_rostests
   server/namespaces_test
   server/publish_order_test
   server/records_test
-  server/sensor_topics_test)
+  server/sensor_topics_test
+  server/world_services_test)
 # These measure wall time, so each runs alone.
 set(timed_rostests
   server/pace_test

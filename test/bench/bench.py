@@ -25,6 +25,7 @@ SECTIONS = {
     "core": in_process.core,
     "pool": in_process.pool,
     "scaling": in_process.scaling,
+    "worlds": in_process.worlds,
     "lockstep": over_ros.lockstep,
     "step_batch": over_ros.step_batch,
     "free": over_ros.free,

@@ -30,6 +30,7 @@ constexpr const char* kUsage =
     "usage: walker_sim_benchmark loop   --env ID --seconds S\n"
     "       walker_sim_benchmark reset  --env ID --seconds S\n"
     "       walker_sim_benchmark pool   --env ID --num-envs N[,N...] --threads K --seconds S\n"
+    "       walker_sim_benchmark world  as pool, with --world WORLD\n"
     "       walker_sim_benchmark async  --env ID --num-envs N[,N...] --threads K --seconds S\n"
     "       walker_sim_benchmark act    --file FILE --seconds S\n"
     "       walker_sim_benchmark memory --env ID --num-envs N --steps M\n"
@@ -39,7 +40,8 @@ constexpr const char* kUsage =
 /// A pool with arrays for the results that Gymnasium returns.
 class PooledEnvironments {
  public:
-  PooledEnvironments(const std::string& id, const PoolOptions& options)
+  PooledEnvironments(const std::string& id, const PoolOptions& options,
+                     const std::string& world = "gymnasium")
       : pool_([&id] { return make(id); }, options),
         observations_(options.num_envs * pool_.specification().observation_size()),
         rewards_(options.num_envs),
@@ -51,6 +53,7 @@ class PooledEnvironments {
     batch_.terminated = terminated_.data();
     batch_.truncated = truncated_.data();
     batch_.info = info_.data();
+    pool_.set_world({}, {load_world(world)});
     std::vector<std::optional<std::uint64_t>> seeds(options.num_envs);
     std::vector<std::uint32_t> all(options.num_envs);
     std::iota(all.begin(), all.end(), 0U);
@@ -104,14 +107,14 @@ void reset(const Arguments& arguments) {
   print(1, measure(seconds, 1, [&] { stepper.reset(); }));
 }
 
-void step_pool(const Arguments& arguments) {
+void step_pool(const Arguments& arguments, const std::string& world = "gymnasium") {
   const std::string id = arguments.text("env");
   const double seconds = arguments.number("seconds");
   PoolOptions options;
   options.num_threads = counts(arguments, "threads").at(0);
   for (const std::size_t count : counts(arguments, "num-envs")) {
     options.num_envs = count;
-    PooledEnvironments environments(id, options);
+    PooledEnvironments environments(id, options, world);
     Actions actions(count * environments.action_size());
     print(count, measure(seconds, count, [&] {
             environments.pool().step(actions.next(), actions.size(), environments.batch());
@@ -214,6 +217,12 @@ void run(const std::string& what, char** begin, char** end) {
   if (what == "loop") return loop({begin, end, one});
   if (what == "reset") return reset({begin, end, one});
   if (what == "pool") return step_pool({begin, end, many});
+  if (what == "world") {
+    std::set<std::string> names = many;
+    names.insert("world");
+    const Arguments arguments(begin, end, names);
+    return step_pool(arguments, arguments.text("world"));
+  }
   if (what == "async") return step_pool_asynchronously({begin, end, many});
   if (what == "act") return act({begin, end, {"file", "seconds"}});
   if (what == "memory") return memory({begin, end, {"env", "num-envs", "steps"}});

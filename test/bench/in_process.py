@@ -18,6 +18,15 @@ POOLED_IDS = ("BipedalWalker-v3", "Walker2d-v4")
 KERNELS = ("avx2", "sse2")  # measured besides the default
 SIZES = (1, 16, 64, 256, 1024)
 SCALED_SIZES = (64, 256)  # pool sizes of the scaling section
+WORLDS = {
+    "physics": "gravity: [-11, -9], friction_scale: [0.8, 1.2], motor_strength: [0.9, 1.1], "
+    "mass_scale: [0.9, 1.1], joint_damping: [0.05, 0.15]",
+    "pushes": "push_interval: [0.5, 2]",
+    "delays": "action_delay: 0.04, observation_delay: 0.04",
+    "noise": "action_noise: 0.05, dropout: 0.1, joint_position_noise: 0.02, "
+    "joint_velocity_noise: 0.2, orientation_noise: 0.02, angular_velocity_noise: 0.1, "
+    "linear_velocity_noise: 0.1",
+}
 CROWD = 1000  # environments of the memory section
 
 
@@ -74,6 +83,25 @@ def pool(settings):
         command = settings.peer("gymnasium-vector", env, *options)
         plan.add("Gymnasium, processes", env, command, cores, (16,), threads=len(cores))
     return plan.run(settings.rounds(3))
+
+
+def worlds(settings):
+    """64 walkers on one core: what each group of a world's parameters costs, and all together."""
+    plan = Plan("worlds", "steps/s", steps_per_processor_second, settings.folder)
+    size = ["--num-envs", 64, "--threads", 1, "--seconds", settings.seconds(0.6)]
+    for env in POOLED_IDS:
+
+        def add(side, world, env=env):
+            command = settings.ours("world", env, *size, "--world", world)
+            return plan.add(side, env, command, settings.one_core, (64,))
+
+        plain = add("plain", "gymnasium")
+        for side, text in WORLDS.items():
+            against(add(side, f"{{{text}}}"), plain)
+        against(add("all of these", f"{{{', '.join(WORLDS.values())}}}"), plain)
+        if env == "BipedalWalker-v3":
+            against(add("levels", "hard"), plain)
+    return plan.run(settings.rounds(4))
 
 
 def scaling(settings):

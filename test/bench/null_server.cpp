@@ -17,13 +17,19 @@ class Frozen : public Robot {
   explicit Frozen(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {}
 
   const Specification& specification() const override { return robot_->specification(); }
+  void set_world(const WorldValues& values) override { robot_->set_world(values); }
   void reset(Generator& generator, double* info) override { robot_->reset(generator, info); }
   void step(RobotStep& step) override { step.reward = 0; }
   void observe(double* observation) const override { robot_->observe(observation); }
+  void observe(const SensorNoise& noise, double* observation) const override {
+    robot_->observe(noise, observation);
+  }
   void sense(Sensors& sensors) override { robot_->sense(sensors); }
   void scene(Scene& scene) const override { robot_->scene(scene); }
   void save(StateWriter& writer) const override { robot_->save(writer); }
-  std::function<void()> load(StateReader& reader) override { return robot_->load(reader); }
+  std::function<void()> load(StateReader& reader, const WorldValues& values) override {
+    return robot_->load(reader, values);
+  }
 
  private:
   std::unique_ptr<Robot> robot_;

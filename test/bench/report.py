@@ -13,6 +13,7 @@ TABLES = {
     "core": ("One core, one thread [steps/s of processor time]", ("environment",), "side"),
     "pool": ("Pools by size [steps/s]", ("environment", "threads", "side"), "num_envs"),
     "scaling": ("From one thread to two [steps/s]", ("environment", "num_envs"), "side"),
+    "worlds": ("Worlds, 64 walkers on one core [steps/s]", ("environment",), "side"),
     "lockstep": ("Lock-step over ROS [steps/s]", ("environment", "side"), "placement"),
     "step_batch": ("~step_batch by size [steps/s]", ("side",), "num_envs"),
     "free": ("Free-running with the heuristic", ("environment",), "side"),
