@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "robots/sensor_noise.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

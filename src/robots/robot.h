@@ -31,6 +31,10 @@ struct SensorNoise {
   std::vector<double> ranges;               ///< of rays that hit [m]
 };
 
+/// Adds the errors to the measurements of a step. Ranges of rays that hit stay between 0 and
+/// `maximum_range`. Link poses other than the trunk's do not change.
+void add(const SensorNoise& noise, Sensors& sensors);
+
 /// Arguments and results of one robot's step, or of its reset.
 struct RobotStep {
   Robot* robot = nullptr;

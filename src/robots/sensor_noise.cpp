@@ -1,7 +1,7 @@
-#include "robots/sensor_noise.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "robots/robot.h"
 
 namespace walker {
 namespace {

@@ -1,11 +1,10 @@
 // Errors of sensors, added to Sensors.
-#include "robots/sensor_noise.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "pose_algebra.h"
+#include "robots/robot.h"
 
 namespace walker {
 namespace {

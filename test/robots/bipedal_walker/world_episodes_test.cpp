@@ -8,7 +8,6 @@
 
 #include "observer.h"
 #include "robots/bipedal_walker/random_world.h"
-#include "robots/sensor_noise.h"
 
 namespace walker::bipedal_walker {
 namespace {

@@ -18,7 +18,6 @@
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/player.h"
 #include "robots/mujoco/world_robot.h"
-#include "robots/sensor_noise.h"
 
 namespace walker::mujoco {
 namespace {
