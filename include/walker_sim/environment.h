@@ -77,7 +77,9 @@ class WALKER_SIM_EXPORT Environment {
   /// What the current episode has drawn from its world.
   virtual WorldValues world_values() const = 0;
 
-  /// Measures the current state; in a world with noise and delay, what sensors then measure.
+  /// Measures the current state; in a world with noise and delay, what sensors then measure. With a
+  /// delay or dropout, measurements from before the episode's first call are not known: until newer
+  /// ones are due, a call returns the first ones.
   /// @throws ResetNeeded
   virtual void sense(Sensors& sensors) = 0;
 

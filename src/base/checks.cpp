@@ -94,6 +94,10 @@ void check_measurements(const Measurements& measurements, const Specification& s
     throw std::invalid_argument(element("ranges", i) + " = " + fixed_text(range) +
                                 " m; must be at least 0, or +infinity where the ray met nothing");
   }
+  const double reach = measurements.maximum_range;
+  if (std::isfinite(reach) && reach >= 0) return;
+  throw std::invalid_argument("maximum_range = " + fixed_text(reach) +
+                              " m; must be finite and at least 0");
 }
 
 }  // namespace walker

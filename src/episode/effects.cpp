@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
+#include "base/shortest_text.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -66,6 +68,18 @@ WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
     }
   }
   return values;
+}
+
+void check_steps(const Specification& specification, const World& world) {
+  for (const char* name : {"action_delay", "observation_delay", "push_interval"}) {
+    const auto found = world.find(name);
+    if (found == world.end() || found->second.high == 0) continue;
+    if (to_steps(found->second.high, specification) != 0) continue;
+    throw std::invalid_argument("world parameter " + std::string(name) + " = " +
+                                shortest_text(found->second.high) +
+                                " s: is shorter than half a step of " + specification.id + ", " +
+                                shortest_text(specification.dt) + " s");
+  }
 }
 
 Effects::Effects(const WorldValues& values, const Specification& specification,
@@ -135,12 +149,13 @@ void Effects::observe(Robot& robot, std::uint32_t step, double* observation) {
     return;
   }
   if (!measured_.empty()) remember_sensors(robot);
+  const bool is_first = observations_.empty();
   observations_.emplace_back(observation, observation + observed_.size());
   if (observations_.size() > observation_delay_ + 1U) observations_.pop_front();
-  const bool is_dropped = step != 0 && dropout_ > 0 && sensing_generator_.random() < dropout_;
+  const bool is_dropped = !is_first && dropout_ > 0 && sensing_generator_.random() < dropout_;
   if (!is_dropped) {
     observed_ = observations_.front();
-    observed_step_ = step > observation_delay_ ? step - observation_delay_ : 0;
+    observed_step_ = step + 1 - static_cast<std::uint32_t>(observations_.size());
     while (measured_.size() > 1 && measured_[1].step <= observed_step_) measured_.pop_front();
   }
   std::copy(observed_.begin(), observed_.end(), observation);
@@ -186,6 +201,11 @@ std::uint32_t Effects::measure(Robot& robot, Sensors& sensors) {
   if (measured_.empty()) remember_sensors(robot);
   sensors = measured_.front().sensors;
   return measured_.front().step;
+}
+
+void Effects::forget_past() {
+  observations_.clear();
+  measured_.clear();
 }
 
 void Effects::save(StateWriter& writer) const {

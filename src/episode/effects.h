@@ -36,6 +36,10 @@ class WALKER_SIM_EXPORT CheckedWorld {
   std::vector<std::string> whole_;  // names of whole numbers
 };
 
+/// @throws std::invalid_argument for a delay or an interval that is shorter than half a step, which
+///         would be none
+void check_steps(const Specification& specification, const World& world);
+
 /// The effects of one episode. Its generators derive from the episode's as the values' do.
 class Effects {
  public:
@@ -62,6 +66,9 @@ class Effects {
 
   /// The step at which the present observation was measured.
   std::uint32_t observed_step() const { return observed_step_; }
+
+  /// Forgets what was observed and measured before: the robot has been put into another state.
+  void forget_past();
 
   void save(StateWriter& writer) const;
   /// @throws std::invalid_argument if the state is damaged

@@ -129,13 +129,14 @@ void Episode::prepare_world(const std::shared_ptr<const WorldValues>& recorded) 
 /// @param values null or empty: Gymnasium's world
 void Episode::apply_world(const std::shared_ptr<const WorldValues>& values) {
   const bool is_gymnasiums = !values || values->empty();
+  // First, as it may throw: until it has, the world before counts as the robot's.
+  robot_->set_world(is_gymnasiums ? WorldValues{} : *values);
   effects_.reset();
   step_.push = {};
   state_.world = is_gymnasiums ? nullptr : values;
   if (!is_gymnasiums && Effects::has_any(*values)) {
     effects_ = std::make_unique<Effects>(*values, specification(), state_.generator_state);
   }
-  robot_->set_world(is_gymnasiums ? WorldValues{} : *values);
 }
 
 void Episode::observe() {
@@ -314,6 +315,11 @@ void Episode::take_over(Episode& other) {
   other.forget_sensors();
 }
 
+void Episode::set_world(std::shared_ptr<const CheckedWorld> world) {
+  if (world) check_steps(specification(), world->ranges());
+  world_ = std::move(world);
+}
+
 void Episode::set_world(const World& world) {
   std::shared_ptr<const CheckedWorld> checked;
   if (!world.empty()) checked = std::make_shared<const CheckedWorld>(specification().id, world);
@@ -369,6 +375,7 @@ void Episode::set_coordinates(const std::vector<double>& position,
                               const std::vector<double>& velocity) {
   require_state("set_state");
   robot_->set_coordinates(position, velocity, state_.info.data());
+  if (effects_) effects_->forget_past();
   observe();
   state_.reward = 0;
   state_.terminated = false;

@@ -111,7 +111,8 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
 
   /// Sets the world of the resets to come. Episodes may share one. Null: Gymnasium's.
   /// @param world checked for this id
-  void set_world(std::shared_ptr<const CheckedWorld> world) { world_ = std::move(world); }
+  /// @throws std::invalid_argument as `check_steps`; then nothing has changed
+  void set_world(std::shared_ptr<const CheckedWorld> world);
 
   const EpisodeState& state() const { return state_; }
 

@@ -24,6 +24,8 @@ constexpr const char* kSpace = " \t\r";
 /// Parameters of disturbance, actuation and sensing, which all robots have.
 std::vector<WorldParameter> common_parameters(const Registration& registration) {
   constexpr double kMaxPushes = 20;  // in defaults
+  // Two errors then differ by less than half a turn, by which imu and observation count turns.
+  constexpr double kMaxPitchNoise = 0.4;
   const double push = registration.push_impulse;
   const auto noise = [](const char* quantity, const char* of, const char* unit, double maximum) {
     return WorldParameter{std::string(quantity) + "_noise",
@@ -45,7 +47,7 @@ std::vector<WorldParameter> common_parameters(const Registration& registration) 
       {"dropout", "", "Probability that a step repeats the last observation.", 0, 0, 1},
       noise("joint_position", "each measured joint angle", "rad", 10),
       noise("joint_velocity", "each measured joint speed", "rad/s", 100),
-      noise("orientation", "the trunk's measured pitch", "rad", 3),
+      noise("orientation", "the trunk's measured pitch", "rad", kMaxPitchNoise),
       noise("angular_velocity", "the trunk's measured turning speed", "rad/s", 100),
       noise("linear_velocity", "each component of the trunk's measured velocity", "m/s", 100)};
 }
@@ -103,31 +105,36 @@ std::string trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
 }
 
-/// Splits {A: 1, B: [2, 3]} into its entries, and any other text into its lines without comments.
+/// Splits {A: 1, B: [2, 3]} into its entries, and any other text into its lines, without comments.
 std::vector<std::string> entries_of(const std::string& text) {
-  std::vector<std::string> entries;
-  const std::string whole = trimmed(text);
-  if (whole.size() > 1 && whole.front() == '{' && whole.back() == '}') {
-    std::string entry;
-    int depth = 0;
-    for (const char letter : whole.substr(1, whole.size() - 2)) {
-      depth += (letter == '[' ? 1 : 0) - (letter == ']' ? 1 : 0);
-      if (letter == ',' && depth == 0) {
-        entries.push_back(std::exchange(entry, ""));
-      } else {
-        entry += letter;
-      }
-    }
-    entries.push_back(entry);
-    if (trimmed(entries.back()).empty()) entries.pop_back();
-    return entries;
-  }
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
+  std::vector<std::string> lines;
+  std::string whole;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
     line = trimmed(line.substr(0, line.find('#')));
-    if (!line.empty() && line != "---" && line != "{}") entries.push_back(line);
+    if (line.empty() || line == "---") continue;
+    whole += (whole.empty() ? "" : " ") + line;
+    lines.push_back(line);
   }
+  if (whole.size() < 2 || whole.front() != '{' || whole.back() != '}') return lines;
+  std::vector<std::string> entries(1);
+  int depth = 0;
+  for (const char letter : whole.substr(1, whole.size() - 2)) {
+    depth += (letter == '[' ? 1 : 0) - (letter == ']' ? 1 : 0);
+    if (letter == ',' && depth == 0) {
+      entries.emplace_back();
+    } else {
+      entries.back() += letter;
+    }
+  }
+  if (trimmed(entries.back()).empty()) entries.pop_back();
   return entries;
+}
+
+std::string without_quotes(const std::string& name) {
+  const bool is_quoted = name.size() > 1 && name.front() == name.back() &&
+                         (name.front() == '"' || name.front() == '\'');
+  return is_quoted ? name.substr(1, name.size() - 2) : name;
 }
 
 /// @return whether the text is a number, or two in brackets
@@ -189,13 +196,17 @@ World load_world(const std::string& preset_or_file) {
   const std::string path = expand_home(preset_or_file);
   std::ifstream file(path);
   constexpr std::size_t kMaxBytes = 1U << 16U;
-  std::string text(kMaxBytes, '\0');
-  file.read(text.data(), kMaxBytes);
-  if (!file.is_open() || file.bad() || file.gcount() == 0) {
+  std::string text(kMaxBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!file.is_open() || file.bad()) {
     refuse_unknown("world " + preset_or_file + ", neither a preset nor a readable YAML file",
                    preset_or_file, world_presets());
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kMaxBytes) {
+    throw std::invalid_argument("world " + printable(preset_or_file) + ": has more than " +
+                                std::to_string(kMaxBytes) + " bytes");
+  }
   return parse_world(text, printable(preset_or_file));
 }
 
@@ -203,7 +214,7 @@ World parse_world(const std::string& text, const std::string& source) {
   World world;
   for (const std::string& entry : entries_of(text)) {
     const std::size_t colon = entry.find(':');
-    const std::string name = trimmed(entry.substr(0, colon));
+    const std::string name = without_quotes(trimmed(entry.substr(0, colon)));
     WorldRange range;
     if (colon == std::string::npos || name.empty() ||
         !read_range(trimmed(entry.substr(colon + 1)), range)) {

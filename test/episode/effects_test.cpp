@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "episode/episode.h"
 #include "episode/fake_walker.h"
+#include "error_message.h"
 
 namespace walker {
 namespace {
@@ -187,6 +189,18 @@ TEST_F(EffectsTest, MeasuresFromTheFirstCallOn) {
   step(0);
   EXPECT_EQ(episode_->measurements().joint_position[0], 11);
   EXPECT_EQ(episode_->measured_step(), 11U);
+}
+
+TEST_F(EffectsTest, RefusesDelaysOfNoStep) {
+  play({}, 0);
+  for (const std::string name : {"action_delay", "observation_delay", "push_interval"}) {
+    EXPECT_EQ(message_of<std::invalid_argument>([&] {
+                episode_->set_world(World{{name, {0.009, 0.009}}});
+              }),
+              "world parameter " + name +
+                  " = 0.009 s: is shorter than half a step of BipedalWalker-v3, 0.02 s");
+    episode_->set_world(World{{name, {0.01, 0.01}}});
+  }
 }
 
 TEST_F(EffectsTest, DependsOnTheSeedOnly) {

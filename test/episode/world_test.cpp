@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
@@ -29,6 +31,8 @@ TEST(World, ParsesLinesAndBraces) {
   EXPECT_EQ(load_world("{ gravity: -5.0, push_interval: [1,2.5] }"), expected);
   EXPECT_EQ(parse_world(to_string(expected), "x"), expected);
   EXPECT_EQ(to_string(expected), "{gravity: -5.0, push_interval: [1.0, 2.5]}");
+  EXPECT_EQ(parse_world("# c\n{\"gravity\": -5, # d\n 'push_interval': [1, 2.5]} # e", "x"),
+            expected);
   EXPECT_EQ(parse_world("{}", "x"), World{});
   EXPECT_EQ(parse_world("---\r\ngravity: 1\r\n", "x"), (World{{"gravity", {1, 1}}}));
 }
@@ -46,6 +50,20 @@ TEST(World, NamesWhatItCannotParse) {
   EXPECT_EQ(
       message_of<std::invalid_argument>([] { load_world("mon"); }).substr(0, 87),
       "world mon, neither a preset nor a readable YAML file: unknown; did you mean moon? Known");
+}
+
+TEST(World, ReadsWholeFiles) {
+  const std::string path = testing::TempDir() + "world.yaml";
+  std::ofstream(path).close();
+  EXPECT_EQ(load_world(path), World{});
+  std::ofstream(path) << std::string(65530, '#') << "\ngravity: -5.25\n";
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { load_world(path); }),
+            "world " + path + ": has more than 65536 bytes");
+  EXPECT_NE(message_of<std::invalid_argument>([] {
+              load_world(testing::TempDir());
+            }).find("neither a preset nor a readable YAML file"),
+            std::string::npos);
+  std::remove(path.c_str());
 }
 
 TEST(World, HasPresetsThatSomeEnvironmentApplies) {

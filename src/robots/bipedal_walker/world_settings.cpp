@@ -132,8 +132,10 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
        kNone, 0.5, 10},
       {"stair_height", "m", stairs + "height of a step, 14/30 m if only other sizes are named.",
        kNone, 0.05, 3},
-      {"stair_steps", "", stairs + "number of steps, 3 if only other sizes are named.", kNone, 1,
-       10, true},
+      {"stair_steps", "",
+       stairs + "number of steps, the first level with the ground if they go up; 3 if only other "
+                "sizes are named.",
+       kNone, 1, 10, true},
       {"obstacle_spacing", "m",
        "Length of the grass between two obstacles, rounded to columns of 14/30 m, of which "
        "Gymnasium draws 5 to 9.",
