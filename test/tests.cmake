@@ -142,6 +142,9 @@ if(walker2d_kernels)
   target_sources(mujoco_tests PRIVATE test/robots/walker2d/kernel/run.cpp)
 endif()
 if(bipedal_walker_kernels)
+  # Box2D alone also has the recordings' bits.
+  walker_sim_register_variant(robots_bipedal_walker_recordings_test_kernel_off
+    bipedal_walker_tests recordings_test short WALKER_SIM_KERNEL=off)
   set(shards 7) # not a multiple of 4, because every fourth case is the longest
   foreach(shard RANGE 1 ${shards})
     math(EXPR index "${shard} - 1")

@@ -48,9 +48,8 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
   kernel_ = choice.kernel;
   specification_ = make_specification(
       id, parameters,
-      kernel_ != nullptr
-          ? std::string("the library, in groups by the kernel for ") + kernel_->instruction_set
-          : "the library: " + choice.fallback_reason);
+      kernel_ != nullptr ? std::string("the kernel for ") + kernel_->instruction_set
+                         : "the library: " + choice.fallback_reason);
 }
 
 void BipedalWalker::set_world(const WorldValues& values) { next_world_ = settings_of(values); }
@@ -83,7 +82,13 @@ void BipedalWalker::build_world(Generator& generator) {
 void BipedalWalker::step(RobotStep& step) {
   begin_step(step.action, step.push);
   try {
-    physics_->step();
+    if (kernel_ != nullptr) {
+      WorldCall call{&*physics_, nullptr};
+      step_together(*kernel_, &call, 1);
+      if (call.failure) std::rethrow_exception(call.failure);
+    } else {
+      physics_->step();
+    }
     cast_lidar(*physics_, terrain_, world_.lidar_range, lidar_);
   } catch (const std::exception&) {
     std::rethrow_exception(break_world());

@@ -26,6 +26,9 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 constexpr float kPolygonRadius = 2 * kLinearSlop;  ///< b2_polygonRadius [m]
 constexpr float kMaxLinearCorrection = 0.2F;       ///< b2_maxLinearCorrection [m]
 
+/// Upper bound of the slots, each of which belongs to one body.
+constexpr int kMaxContactsInLanes = kBodies * kMaxContactsOfBody;
+
 template <int W>
 using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
 

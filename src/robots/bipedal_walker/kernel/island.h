@@ -8,18 +8,16 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <type_traits>
 
 #include "robots/bipedal_walker/kernel/contact.h"
 #include "robots/bipedal_walker/kernel/revolute_joint.h"
+#include "robots/bipedal_walker/kernel/single_world.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kHull = kBodies / 2;
-
-/// Bodies A and B of a joint. The hull is in the middle of the chain, and A is on the hull's side.
-constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
-constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
 
 constexpr float kMaxTranslation = 2;        ///< b2_maxTranslation [m]
 constexpr float kMaxRotation = 0.5F * kPi;  ///< b2_maxRotation [rad]
@@ -46,9 +44,6 @@ WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body
   body.angle += dt * body.angular_velocity;
 }
 
-/// Upper bound of the slots, each of which belongs to one body.
-constexpr int kMaxContactsInLanes = kBodies * kMaxContactsOfBody;
-
 /// Contacts of the same body, at the same index in each world's list.
 template <int W>
 struct Slot {
@@ -72,7 +67,12 @@ class IslandLanes {
     load_joints();
     load_masses();
     prepare_velocities();
-    solve_velocities();
+    if constexpr (W == 1) {
+      single_world_.solve(model_.velocity_iterations, inverse_masses_, first_slots_, joints_,
+                          contacts_, velocities_);
+    } else {
+      solve_velocities();
+    }
     for (int i = 0; i < kBodies; ++i) {
       bodies_[i].velocity_x = velocities_[i].velocity.x;
       bodies_[i].velocity_y = velocities_[i].velocity.y;
@@ -124,8 +124,7 @@ class IslandLanes {
     num_slots_ = 0;
     std::array<int, W> next{};  // index of each world's next contact
     for (int body = 0; body < kBodies; ++body) {
-      if (body == kHull) slots_of_hull_ = num_slots_;
-      if (body == kHull + 1) slots_of_other_leg_ = num_slots_;
+      first_slots_[body] = num_slots_;
       int num_slots = 0;
       for (const Island* island : islands_) {
         num_slots = std::max(num_slots, island->num_contacts[body]);
@@ -148,6 +147,7 @@ class IslandLanes {
         ++num_slots_;
       }
     }
+    first_slots_[kBodies] = num_slots_;
   }
 
   void load_bodies() { load(&Island::bodies, bodies_); }
@@ -222,8 +222,8 @@ class IslandLanes {
   /// Constraints without a common body are independent, so their order does not matter, and the leg
   /// at the chain's beginning may be one iteration ahead of the hull and the other leg.
   void solve_velocities() {
-    const int hull = slots_of_hull_;
-    const int other_leg = slots_of_other_leg_;
+    const int hull = first_slots_[kHull];
+    const int other_leg = first_slots_[kHull + 1];
     solve_joint<0>();
     solve_joint<1>();
     solve_contacts(0, hull);
@@ -309,7 +309,7 @@ class IslandLanes {
   int count_;
   std::array<Island*, W> islands_;
   int num_slots_;
-  int slots_of_hull_, slots_of_other_leg_;  ///< first slots; slots are sorted by body
+  std::array<int, kBodies + 1> first_slots_;  ///< of each body; slots are sorted by body
   std::array<Slot<W>, kMaxContactsInLanes> slots_;
   std::array<std::array<int, W>, kMaxContactsInLanes> contact_indices_;
   std::array<ContactImpulses<Number<W>>, kMaxContactsInLanes> impulses_;
@@ -321,6 +321,8 @@ class IslandLanes {
   std::array<PositionLanes<W>, kBodies> positions_;
   std::array<JointState<Number<W>, Truth<W>>, kJoints> joint_states_;
   std::array<JointLanes<W>, kJoints> joints_;
+  struct None {};
+  std::conditional_t<W == 1, SingleWorld, None> single_world_;
 };
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

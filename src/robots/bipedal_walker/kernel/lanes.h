@@ -172,7 +172,7 @@ WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count
 // and rounds once, with fused operations on newer processors. Below, the polynomial is evaluated
 // after a range reduction of our own, without fused operations. The floats are the same for every
 // angle up to kMaxAngle: rotation_test.cpp tests them all. If any lane is beyond, all call the
-// library.
+// library, as does a single world.
 
 constexpr float kMaxAngle = 16;         ///< [rad]; the first angle that differs is 17.279
 constexpr float kTinyAngle = 0x1p-12F;  ///< below, the sine is the angle itself, also for -0
@@ -201,18 +201,10 @@ WALKER_SIM_INLINE inline Polynomials<W> evaluate(simd::Vector<double, W> angle) 
   return {sine, cosine, quarter_turns};
 }
 
-/// b2Rot::Set.
+/// @param angle at most kMaxAngle in each lane
 template <int W>
-WALKER_SIM_INLINE inline Rotation<Number<W>> rotation_of(Number<W> angle) {
+WALKER_SIM_INLINE inline Rotation<Number<W>> rotation_by_polynomials(Number<W> angle) {
   using Bits = typename Truth<W>::Truth;
-  if (any(simd::exceeds(angle, kMaxAngle))) {
-    Rotation<Number<W>> rotation;
-    for (int lane = 0; lane < W; ++lane) {
-      rotation.sine.set(lane, std::sin(angle[lane]));
-      rotation.cosine.set(lane, std::cos(angle[lane]));
-    }
-    return rotation;
-  }
   const auto [low, high] = simd::to_double(angle);
   const auto of_low = evaluate(low);
   const auto of_high = evaluate(high);
@@ -230,6 +222,20 @@ WALKER_SIM_INLINE inline Rotation<Number<W>> rotation_of(Number<W> angle) {
   return {select(simd::abs(angle) < Number<W>(kTinyAngle), angle,
                  with_sign(select(is_odd, cosine, sine), minus_sine)),
           with_sign(select(is_odd, sine, cosine), minus_cosine)};
+}
+
+/// b2Rot::Set.
+template <int W>
+WALKER_SIM_INLINE inline Rotation<Number<W>> rotation_of(Number<W> angle) {
+  if constexpr (W > 1) {
+    if (!any(simd::exceeds(angle, kMaxAngle))) return rotation_by_polynomials<W>(angle);
+  }
+  Rotation<Number<W>> rotation;
+  for (int lane = 0; lane < W; ++lane) {
+    rotation.sine.set(lane, std::sin(angle[lane]));
+    rotation.cosine.set(lane, std::cos(angle[lane]));
+  }
+  return rotation;
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

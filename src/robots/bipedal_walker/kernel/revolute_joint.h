@@ -14,6 +14,10 @@
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
+/// Bodies A and B of a joint. The hull is in the middle of the chain, and A is on the hull's side.
+constexpr int body_a(int joint) { return joint < kJoints / 2 ? joint + 1 : joint; }
+constexpr int body_b(int joint) { return joint < kJoints / 2 ? joint : joint + 1; }
+
 /// Data of a joint for velocity iterations.
 template <int W>
 struct JointLanes {

@@ -167,19 +167,20 @@ class ToiLanes {
 /// Position iterations after which most worlds have converged; most of the others never do.
 constexpr int kFirstIterations = 6;
 
-constexpr int kMinLanes = 4;
+constexpr int kMinLanes = 4;  ///< of several worlds
 
 /// Calls solve(first, lanes, W) for up to W problems at a time. If half of the lanes suffice for
-/// the remainder, solves it with half of W.
+/// the remainder, solves it with half of W. Solves a single problem with one lane.
 template <int W, typename Solve>
 void in_groups(std::size_t first, std::size_t count, const Solve& solve) {
-  constexpr std::size_t kFew = W > kMinLanes ? W / 2 : 0;
+  constexpr int kFewerLanes = W > kMinLanes ? W / 2 : 1;
+  constexpr std::size_t kFew = W > 1 ? kFewerLanes : 0;
   for (; first < count && count - first > kFew; first += W) {
     solve(first, static_cast<int>(std::min<std::size_t>(W, count - first)),
           std::integral_constant<int, W>{});
   }
   if constexpr (kFew != 0) {
-    if (first < count) in_groups<W / 2>(first, count, solve);
+    if (first < count) in_groups<kFewerLanes>(first, count, solve);
   }
 }
 
