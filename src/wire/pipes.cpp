@@ -15,6 +15,10 @@ namespace {
 
 using Ends = std::array<int, 2>;  // of a pipe: for reading, for writing
 
+void close_if_open(int descriptor) {
+  if (descriptor >= 0) close(descriptor);
+}
+
 /// A message of one byte with two file descriptors.
 class Handover {
  public:
@@ -38,12 +42,14 @@ class Handover {
   bool receive(int socket, Ends& ends) {
     if (recvmsg(socket, &message_, MSG_CMSG_CLOEXEC | MSG_DONTWAIT) != 1) return false;
     const cmsghdr* const header = CMSG_FIRSTHDR(&message_);
-    if (header == nullptr || header->cmsg_level != SOL_SOCKET || header->cmsg_type != SCM_RIGHTS ||
-        header->cmsg_len != CMSG_LEN(sizeof(Ends))) {
+    if (header == nullptr || header->cmsg_level != SOL_SOCKET || header->cmsg_type != SCM_RIGHTS) {
       return false;
     }
-    std::memcpy(ends.data(), CMSG_DATA(header), sizeof(Ends));
-    return true;
+    std::memcpy(ends.data(), CMSG_DATA(header), header->cmsg_len - CMSG_LEN(0));
+    if (header->cmsg_len == CMSG_LEN(sizeof(Ends))) return true;
+    close_if_open(ends[0]);  // this process has no room for the second one
+    ends = {-1, -1};
+    return false;
   }
 
  private:
@@ -52,10 +58,6 @@ class Handover {
   alignas(cmsghdr) char control_[CMSG_SPACE(sizeof(Ends))] = {};
   msghdr message_{};
 };
-
-void close_if_open(int descriptor) {
-  if (descriptor >= 0) close(descriptor);
-}
 
 }  // namespace
 
