@@ -60,7 +60,7 @@ threading.Thread(target=sleep, daemon=True).start()
 transitions = rospy.Subscriber("/transition", Transition, on_transition)
 while transitions.get_num_connections() == 0:
     threading.Event().wait(0.01)
-assert reset(True, 1).success
+assert reset(has_seed=True, seed=1).success
 clock = rospy.Subscriber("/clock", Clock, on_clock)
 for name, event in finished.items():
     print(name, "finished" if event.wait(30) else "hangs", flush=True)
