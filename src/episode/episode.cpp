@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <typeinfo>
@@ -24,6 +25,14 @@ std::string message_of(const std::exception_ptr& thrown) {
     message = "the exception is not a std::exception";
   }
   return message.empty() ? "the exception has no message" : message;
+}
+
+/// Rounds drawn delays to the whole steps that they are, so that they can be given as numbers.
+void round_delays(double dt, WorldValues& values) {
+  for (const char* name : {"action_delay", "observation_delay"}) {
+    const auto found = values.find(name);
+    if (found != values.end()) found->second = dt * std::round(found->second / dt);
+  }
 }
 
 }  // namespace
@@ -121,7 +130,9 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
 void Episode::prepare_world(const std::shared_ptr<const WorldValues>& recorded) {
   std::shared_ptr<const WorldValues> values = recorded;
   if (!values && world_) {
-    values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
+    WorldValues drawn = world_->draw(state_.generator_state);
+    round_delays(specification().dt, drawn);
+    values = std::make_shared<const WorldValues>(std::move(drawn));
   }
   apply_world(values);
 }
