@@ -264,23 +264,26 @@ def test_copies_are_other_connections(case, copied):
         step(copied(environment).unwrapped)
 
 
-def sockets():
+def ends():
+    """Returns the number of this process's sockets and ends of pipes."""
     links = (f"/proc/self/fd/{number}" for number in os.listdir("/proc/self/fd"))
-    return sum("socket:" in os.readlink(link) for link in links if os.path.islink(link))
+    return sum(
+        os.readlink(link).startswith(("socket:", "pipe:")) for link in links if os.path.islink(link)
+    )
 
 
-def test_close_closes_the_sockets(case):
-    before = sockets()
+def test_close_closes_the_connections(case):
+    before = ends()
     environment = case.make()
-    assert sockets() == before + 3  # for ~get_spec, resets and steps
+    assert ends() == before + 3 * 2  # two pipes for ~get_spec, for resets and for steps
     environment.close()
-    assert sockets() == before
+    assert ends() == before
     environment.close()
 
 
-def test_failures_leave_no_sockets(serve):
+def test_failures_leave_no_connections(serve):
     case = Case(serve, make_single)
-    before = sockets()
+    before = ends()
     for _ in range(3):
         with pytest.raises(walker_sim.ServerMismatch):
             make_single(case.server, hardcore=True)
@@ -289,4 +292,4 @@ def test_failures_leave_no_sockets(serve):
     for _ in range(3):
         with pytest.raises(walker_sim.ConnectionError):
             environment.reset()
-    assert sockets() == before
+    assert ends() == before
