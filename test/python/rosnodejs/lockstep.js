@@ -20,10 +20,11 @@ async function main(server, seed, rows, actions) {
   const persist = {persist: true};
   const reset = node.serviceClient(`${server}/reset`, 'walker_sim/Reset', persist);
   const step = node.serviceClient(`${server}/step`, 'walker_sim/Step', persist);
-  record(await reset.call({has_seed: true, seed}), file);
+  const world = {preset: '', parameters: []};  // the server's own; rosnodejs fills in no messages
+  record(await reset.call({has_seed: true, seed, world}), file);
   for (const action of actions) {
     if (record(await step.call({action}), file)) {
-      record(await reset.call({has_seed: false, seed: 0}), file);
+      record(await reset.call({has_seed: false, seed: 0, world}), file);
     }
   }
 }
