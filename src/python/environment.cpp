@@ -1,16 +1,21 @@
 #include <pybind11/stl.h>
+#include <unistd.h>
 
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "base/engine_release.h"
+#include "base/posix.h"
 #include "episode/episode.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -163,6 +168,38 @@ class EnvironmentBinding {
   std::unique_ptr<Episode> episode_;
 };
 
+/// Lets the exit of Python wait for the pictures that other threads are drawing. Otherwise a daemon
+/// thread would draw with an OpenGL whose own exit handlers have run.
+class ExitGuard {
+ public:
+  /// Call without the GIL. Once the exit has begun, blocks every thread but the exiting one forever.
+  std::shared_lock<std::shared_mutex> begin_picture() {
+    std::shared_lock lock(mutex_, std::defer_lock);
+    const std::thread::id exiting = exiting_;
+    if (exiting == std::this_thread::get_id()) return lock;
+    while (exiting != std::thread::id()) pause();
+    lock.lock();
+    return lock;
+  }
+
+  void exit() {
+    if (num_forks() != num_forks_) return;  // a thread of the parent may hold the mutex
+    const GilRelease released;
+    exiting_ = std::this_thread::get_id();
+    mutex_.lock();  // until the process ends
+  }
+
+ private:
+  const unsigned num_forks_ = num_forks();
+  std::shared_mutex mutex_;
+  std::atomic<std::thread::id> exiting_{};
+};
+
+ExitGuard& exit_guard() {
+  static auto* const kGuard = new ExitGuard;  // never destroyed: daemon threads outlive the exit
+  return *kGuard;
+}
+
 /// A thread-safe renderer: a mutex serialises the calls, and threads wait for it without the GIL.
 /// No environment waits for it.
 class RendererBinding {
@@ -191,7 +228,9 @@ class RendererBinding {
     std::optional<DepthOutput> depths;
     if (!rgb.is_none()) colors.emplace(rgb, "rgb", 3 * num_pixels);
     if (!depth.is_none()) depths.emplace(depth, "depth", num_pixels);
-    const GilFreeLock lock(mutex_);
+    const GilRelease released;
+    const auto picture = exit_guard().begin_picture();
+    const std::lock_guard<std::mutex> lock(mutex_);
     renderer_->render(captured, {colors.has_value(), depths.has_value()}, image_);
     if (colors) colors->write(image_.rgb.data());
     if (depths) depths->write(image_.depth.data());
@@ -206,6 +245,7 @@ class RendererBinding {
 }  // namespace
 
 void bind_environment(py::module& module) {
+  py::module::import("atexit").attr("register")(py::cpp_function([] { exit_guard().exit(); }));
   py::class_<StateCapture>(module, "StateCapture").def_readonly("step", &StateCapture::step);
   py::class_<RendererBinding>(module, "Renderer")
       .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),

@@ -134,6 +134,7 @@ for _ in range({threads}):
 {until}
 """
 RENDERED = "render_mode='rgb_array'"
+ENDLESS = "terminate_when_unhealthy=False"  # no thread steps between another's end and reset
 REPEATS = 3
 
 
@@ -142,7 +143,7 @@ REPEATS = 3
     [
         (SINGLE, "step()", {"env_id": "BipedalWalker-v3"}),
         (SINGLE, "step()", {"env_id": "Walker2d-v5"}),
-        (SINGLE, "step()", {"env_id": "Walker2d-v5", "threads": 4}),
+        (SINGLE, "step()", {"env_id": "Walker2d-v5", "keywords": ENDLESS, "threads": 4}),
         (SINGLE, "env.reset()", {"env_id": "BipedalWalker-v3"}),
         (SINGLE, "env.render()", {"env_id": "BipedalWalker-v3", "keywords": RENDERED}),
         (SINGLE, "env.render()", {"env_id": "Walker2d-v5", "keywords": RENDERED}),
