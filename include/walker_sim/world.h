@@ -24,6 +24,9 @@ struct WorldRange {
 /// the empty world is Gymnasium's.
 using World = std::map<std::string, WorldRange>;
 
+/// The preset that is the empty world.
+inline constexpr const char* kGymnasiumsWorld = "gymnasium";
+
 /// Values that an episode has drawn from its world.
 using WorldValues = std::map<std::string, double>;
 

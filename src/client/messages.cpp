@@ -165,7 +165,7 @@ void check_requested(const Parameters& camera, const char* name, std::uint32_t r
 }  // namespace
 
 void write(Writer& writer, const std::optional<World>& world) {
-  writer.text(world && world->empty() ? "gymnasium" : "");
+  writer.text(world && world->empty() ? kGymnasiumsWorld : "");
   writer.number(world ? static_cast<std::uint32_t>(world->size()) : 0U);
   if (!world) return;
   for (const auto& [name, range] : *world) {

@@ -17,8 +17,21 @@ constexpr std::array<const char*, 12> kNames{
     "joint_position_noise",   "joint_velocity_noise",  "orientation_noise",
     "angular_velocity_noise", "linear_velocity_noise", "range_noise"};
 
-std::uint32_t to_steps(double seconds, const Specification& specification) {
-  return static_cast<std::uint32_t>(std::lround(seconds / specification.dt));
+std::uint32_t to_steps(double seconds, double dt) {
+  return static_cast<std::uint32_t>(std::lround(seconds / dt));
+}
+
+/// Refuses a delay or an interval that would be no step.
+void check_steps(const Specification& specification, const World& world) {
+  for (const char* name : {"action_delay", "observation_delay", "push_interval"}) {
+    const auto found = world.find(name);
+    if (found == world.end() || found->second.high == 0) continue;
+    if (to_steps(found->second.high, specification.dt) != 0) continue;
+    throw std::invalid_argument("world parameter " + std::string(name) + " = " +
+                                shortest_text(found->second.high) +
+                                " s: is shorter than half a step of " + specification.id + ", " +
+                                shortest_text(specification.dt) + " s");
+  }
 }
 
 void write(const std::deque<std::vector<double>>& rows, StateWriter& writer) {
@@ -47,11 +60,18 @@ Generator read_generator(StateReader& reader) {
 
 }  // namespace
 
-CheckedWorld::CheckedWorld(const std::string& id, World world) : ranges_(std::move(world)) {
-  check_world(id, ranges_);
-  for (const WorldParameter& parameter : world_parameters(id)) {
+CheckedWorld::CheckedWorld(const Specification& specification, World world)
+    : ranges_(std::move(world)), dt_(specification.dt) {
+  check_world(specification.id, ranges_);
+  check_steps(specification, ranges_);
+  for (const WorldParameter& parameter : world_parameters(specification.id)) {
     if (parameter.is_whole) whole_.push_back(parameter.name);
   }
+}
+
+std::shared_ptr<const CheckedWorld> CheckedWorld::share(const Specification& specification,
+                                                        const World& world) {
+  return world.empty() ? nullptr : std::make_shared<const CheckedWorld>(specification, world);
 }
 
 WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
@@ -67,26 +87,18 @@ WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
       value = static_cast<double>(generator.integers(std::llround(range.low), end));
     }
   }
-  return values;
-}
-
-void check_steps(const Specification& specification, const World& world) {
-  for (const char* name : {"action_delay", "observation_delay", "push_interval"}) {
-    const auto found = world.find(name);
-    if (found == world.end() || found->second.high == 0) continue;
-    if (to_steps(found->second.high, specification) != 0) continue;
-    throw std::invalid_argument("world parameter " + std::string(name) + " = " +
-                                shortest_text(found->second.high) +
-                                " s: is shorter than half a step of " + specification.id + ", " +
-                                shortest_text(specification.dt) + " s");
+  for (const char* name : {"action_delay", "observation_delay"}) {
+    const auto found = values.find(name);
+    if (found != values.end()) found->second = dt_ * to_steps(found->second, dt_);
   }
+  return values;
 }
 
 Effects::Effects(const WorldValues& values, const Specification& specification,
                  const GeneratorState& episode)
-    : action_delay_(to_steps(value_or(values, "action_delay", 0), specification)),
+    : action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
       action_noise_(value_or(values, "action_noise", 0)),
-      observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification)),
+      observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification.dt)),
       dropout_(value_or(values, "dropout", 0)),
       joint_position_noise_(value_or(values, "joint_position_noise", 0)),
       joint_velocity_noise_(value_or(values, "joint_velocity_noise", 0)),
@@ -104,7 +116,7 @@ Effects::Effects(const WorldValues& values, const Specification& specification,
       observed_(specification.observation_size()) {
   const auto interval = values.find("push_interval");
   if (interval != values.end()) {
-    push_period_ = std::max(1U, to_steps(interval->second, specification));
+    push_period_ = std::max(1U, to_steps(interval->second, specification.dt));
     const auto impulse = values.find("push_impulse");
     push_impulse_ = impulse != values.end() ? impulse->second
                                             : find_registration(specification.id).push_impulse;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,26 +20,27 @@ namespace walker {
 /// A world that an environment can apply.
 class WALKER_SIM_EXPORT CheckedWorld {
  public:
-  /// @param id of the environment
-  /// @throws std::invalid_argument as `check_world`
-  CheckedWorld(const std::string& id, World world);
+  /// @throws std::invalid_argument as `check_world`, or for a delay or an interval that is shorter
+  ///         than half a step, which would be none
+  CheckedWorld(const Specification& specification, World world);
+
+  /// Returns a checked world to share; null for the empty one. @throws as the constructor
+  static std::shared_ptr<const CheckedWorld> share(const Specification& specification,
+                                                   const World& world);
 
   const World& ranges() const { return ranges_; }
 
   /// Draws the values of an episode. Each parameter has a generator of its own, `derive(episode,
   /// name)`, so that a value depends neither on the others nor on the episode's generator. Numbers
-  /// draw nothing.
+  /// draw nothing. Delays are rounded to whole steps.
   /// @param episode state of the episode's generator before the reset
   WorldValues draw(const GeneratorState& episode) const;
 
  private:
   World ranges_;
   std::vector<std::string> whole_;  // names of whole numbers
+  double dt_;
 };
-
-/// @throws std::invalid_argument for a delay or an interval that is shorter than half a step, which
-///         would be none
-void check_steps(const Specification& specification, const World& world);
 
 /// The effects of one episode. Its generators derive from the episode's as the values' do.
 class Effects {
@@ -63,6 +65,8 @@ class Effects {
   /// @return the step at which they were made; later than `observed_step` if those of that step are
   ///         not known
   std::uint32_t measure(Robot& robot, Sensors& sensors);
+
+  std::uint32_t observation_delay() const { return observation_delay_; }  ///< [steps]
 
   /// The step at which the present observation was measured.
   std::uint32_t observed_step() const { return observed_step_; }

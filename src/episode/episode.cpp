@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <typeinfo>
@@ -27,14 +26,6 @@ std::string message_of(const std::exception_ptr& thrown) {
   return message.empty() ? "the exception has no message" : message;
 }
 
-/// Rounds drawn delays to the whole steps that they are, so that they can be given as numbers.
-void round_delays(double dt, WorldValues& values) {
-  for (const char* name : {"action_delay", "observation_delay"}) {
-    const auto found = values.find(name);
-    if (found != values.end()) found->second = dt * std::round(found->second / dt);
-  }
-}
-
 }  // namespace
 
 std::string EpisodeState::step_refusal() const {
@@ -47,6 +38,11 @@ std::string EpisodeState::step_refusal(AutoresetMode mode) const {
   if (!has_ended() || mode != AutoresetMode::disabled) return "";
   if (failed_at_reset()) return kResetFailed;
   return "the episode ended after " + std::to_string(step) + " steps";
+}
+
+const WorldValues& EpisodeState::world_values() const {
+  static const WorldValues kNone;
+  return world ? *world : kNone;
 }
 
 const char* EpisodeState::end_reason_detail() const {
@@ -130,9 +126,7 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
 void Episode::prepare_world(const std::shared_ptr<const WorldValues>& recorded) {
   std::shared_ptr<const WorldValues> values = recorded;
   if (!values && world_) {
-    WorldValues drawn = world_->draw(state_.generator_state);
-    round_delays(specification().dt, drawn);
-    values = std::make_shared<const WorldValues>(std::move(drawn));
+    values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
   }
   apply_world(values);
 }
@@ -326,15 +320,8 @@ void Episode::take_over(Episode& other) {
   other.forget_sensors();
 }
 
-void Episode::set_world(std::shared_ptr<const CheckedWorld> world) {
-  if (world) check_steps(specification(), world->ranges());
-  world_ = std::move(world);
-}
-
 void Episode::set_world(const World& world) {
-  std::shared_ptr<const CheckedWorld> checked;
-  if (!world.empty()) checked = std::make_shared<const CheckedWorld>(specification().id, world);
-  set_world(std::move(checked));
+  world_ = CheckedWorld::share(specification(), world);
 }
 
 void Episode::reset(std::optional<std::uint64_t> seed, Result& result) {

@@ -56,6 +56,8 @@ struct EpisodeState {
   std::string step_refusal() const;
   /// The same for a step of a vector environment, whose autoreset may allow steps after the end.
   std::string step_refusal(AutoresetMode mode) const;
+  /// What the reset has drawn; empty in Gymnasium's world.
+  WALKER_SIM_EXPORT const WorldValues& world_values() const;
   /// `end_reason` without "terminated: " or "truncated: ".
   const char* end_reason_detail() const;
 };
@@ -110,9 +112,8 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void set_index(std::uint32_t index) { state_.environment = index; }
 
   /// Sets the world of the resets to come. Episodes may share one. Null: Gymnasium's.
-  /// @param world checked for this id
-  /// @throws std::invalid_argument as `check_steps`; then nothing has changed
-  void set_world(std::shared_ptr<const CheckedWorld> world);
+  /// @param world checked for this specification
+  void set_world(std::shared_ptr<const CheckedWorld> world) { world_ = std::move(world); }
 
   const EpisodeState& state() const { return state_; }
 
@@ -155,6 +156,8 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   const Sensors& measurements();
   /// The step at which `measurements()` were made.
   std::uint32_t measured_step() const { return measured_step_; }
+  /// How long the world delays observations [steps].
+  std::uint32_t observation_delay() const { return effects_ ? effects_->observation_delay() : 0; }
   /// The step at which the present observation was measured.
   std::uint32_t observed_step() const { return effects_ ? effects_->observed_step() : state_.step; }
   /// Surroundings in the current episode. @throws ResetNeeded
@@ -195,7 +198,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void step(const double* action, std::size_t size, Result& result) override;
   void set_world(const World& world) override;
   World world() const override { return world_ ? world_->ranges() : World{}; }
-  WorldValues world_values() const override { return state_.world ? *state_.world : WorldValues{}; }
+  WorldValues world_values() const override { return state_.world_values(); }
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;

@@ -402,9 +402,7 @@ void Pool::set_world(const std::vector<std::uint32_t>& environments,
   }
   std::vector<std::shared_ptr<const CheckedWorld>> checked(worlds.size());
   for (std::size_t i = 0; i < worlds.size(); ++i) {
-    if (worlds[i].empty()) continue;
-    check_steps(specification(), worlds[i]);
-    checked[i] = std::make_shared<const CheckedWorld>(specification().id, worlds[i]);
+    checked[i] = CheckedWorld::share(specification(), worlds[i]);
   }
   for (std::size_t i = 0; i < listed.size(); ++i) {
     pool.slots[listed[i]].episode->set_world(checked[worlds.size() == 1 ? 0 : i]);

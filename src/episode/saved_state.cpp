@@ -93,12 +93,7 @@ void read(StateReader& reader, EpisodeState& state) {
   if (phase != phase_of(state)) refuse_state("its phase is not that of its outcome");
 }
 
-/// @throws std::invalid_argument if the environment cannot apply the world
-World read_world(StateReader& reader, const std::string& id) {
-  World world = parse_world(reader.text(), "of the state");
-  check_world(id, world);
-  return world;
-}
+World read_world(StateReader& reader) { return parse_world(reader.text(), "of the state"); }
 
 }  // namespace
 
@@ -206,13 +201,11 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
     reader.numbers(generator_state.data(), generator_state.size());
     generator.emplace(generator_state);
   }
-  std::shared_ptr<const CheckedWorld> world;
-  const World ranges = read_world(reader, specification().id);
-  if (!ranges.empty()) world = std::make_shared<const CheckedWorld>(specification().id, ranges);
+  const auto world = CheckedWorld::share(specification(), read_world(reader));
+  const World numbers = read_world(reader);
+  check_world(specification().id, numbers);
   WorldValues values;
-  for (const auto& [name, number] : read_world(reader, specification().id)) {
-    values[name] = number.low;
-  }
+  for (const auto& [name, number] : numbers) values[name] = number.low;
   reader.numbers(read_state.generator_state.data(), read_state.generator_state.size());
   std::shared_ptr<Effects> effects;  // std::function needs a copyable one
   if (!values.empty()) {

@@ -160,15 +160,13 @@ class ClientBinding {
     return drawn;
   }
 
-  /// Returns what the environments' episodes have drawn. @param environments indices; empty: all
+  /// What the environments' episodes have drawn from their worlds.
   std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
     const GilFreeLock lock = enter();
     std::vector<WorldValues> values;
-    const auto append = [&values](const RemoteEpisode& episode) {
-      values.push_back(episode.state.world ? *episode.state.world : WorldValues{});
-    };
-    for (const std::uint32_t environment : environments) append(episodes_.at(environment));
-    if (environments.empty()) std::for_each(episodes_.begin(), episodes_.end(), append);
+    for (const std::uint32_t i : environments) {
+      values.push_back(episodes_.at(i).state.world_values());
+    }
     return values;
   }
 

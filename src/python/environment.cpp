@@ -172,7 +172,8 @@ class EnvironmentBinding {
 /// thread would draw with an OpenGL whose own exit handlers have run.
 class ExitGuard {
  public:
-  /// Call without the GIL. Once the exit has begun, blocks every thread but the exiting one forever.
+  /// Call without the GIL. Once the exit has begun, blocks every thread but the exiting one
+  /// forever.
   std::shared_lock<std::shared_mutex> begin_picture() {
     std::shared_lock lock(mutex_, std::defer_lock);
     const std::thread::id exiting = exiting_;

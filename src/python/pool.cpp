@@ -136,8 +136,8 @@ class PoolBinding {
     return values;
   }
 
-  /// Of the rows of the last step or `recv`, those whose episode it has begun in a world, with what
-  /// that has drawn.
+  /// Returns what was drawn by the episodes that the last step or `recv` has begun in a world, by
+  /// row.
   /// @param environments index of each row's environment
   std::map<std::size_t, WorldValues> drawn_worlds(const std::vector<std::uint32_t>& environments) {
     std::map<std::size_t, WorldValues> rows;

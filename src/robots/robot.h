@@ -40,7 +40,8 @@ struct RobotStep {
   Robot* robot = nullptr;
   Generator* generator = nullptr;  ///< of a reset, whose results are info and failure; null: a step
   const double* action = nullptr;  ///< of a step: `action_size()` finite values [unitless]
-  /// Of a step: impulse on the trunk, as a constant force over the step: world's x, z [N s].
+  /// Impulse on the trunk along the world's x and z, as a constant force over the step [N s]; a
+  /// reset ignores it.
   std::array<double, 2> push{};
   double* info = nullptr;  ///< receives one value per info name; NaN: absent
   double reward = 0;
@@ -61,8 +62,8 @@ class WALKER_SIM_EXPORT Robot {
   virtual const Specification& specification() const = 0;
 
   /// Sets level and physics for the resets to come.
-  /// @param values of those parameters that differ from Gymnasium's, checked; the robot ignores the
-  ///               names that are none of its own
+  /// @param values checked; absent ones are Gymnasium's. They include those of the episode's
+  ///               effects, which the robot ignores
   /// @throws std::exception if memory or the engine fails
   virtual void set_world(const WorldValues& values) = 0;
 

@@ -10,8 +10,6 @@
 namespace walker {
 namespace {
 
-constexpr const char* kGymnasiums = "gymnasium";
-
 /// Presets only: a request must not read the server's files.
 World preset(const std::string& name) {
   const std::vector<std::string> known = world_presets();
@@ -62,7 +60,7 @@ WorldValues to_values(const std::vector<walker_sim::WorldParameter>& message) {
 }
 
 void to_message(const World& world, walker_sim::World& message) {
-  message.preset = world.empty() ? kGymnasiums : "";
+  message.preset = world.empty() ? kGymnasiumsWorld : "";
   message.parameters = to_parameters(world);
 }
 

@@ -51,14 +51,13 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
                                     : options.autoreset_mode;
   const std::uint64_t seed = options.seed ? *options.seed : draw_seed();
   std::shared_ptr<const CheckedWorld> world;  // shared by all
-  if (!options.world.empty())
-    world = std::make_shared<const CheckedWorld>(options.id, options.world);
   std::uint32_t index = 0;
   const auto make_episode = [&] {
     std::unique_ptr<Environment> environment = make();
     EpisodeOptions own;
     own.records_actions = index == options.shown_environment;
     own.first_seed = seed + index++;
+    if (!world) world = CheckedWorld::share(environment->specification(), options.world);
     episode_of(*environment).configure(own);
     episode_of(*environment).set_world(world);
     return environment;

@@ -1,6 +1,5 @@
 #include "server/outputs.h"
 
-#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <utility>
@@ -122,9 +121,7 @@ void Outputs::publish_state(ros::Time stamp) {
 
 /// Forgets the stamps of the episode before.
 void Outputs::begin_stamps() {
-  const Specification& specification = shown_.specification();
-  const double delay = value_or(values_of(shown_.state()), "observation_delay", 0);
-  stamps_.resize(static_cast<std::size_t>(std::lround(delay / specification.dt)) + 1);
+  stamps_.resize(shown_.observation_delay() + 1U);
   first_stamp_ = shown_.state().step;
   observed_step_.reset();
 }

@@ -222,7 +222,7 @@ void Server::advertise_services() {
     const EpisodeState& state =
         drive_->reset(request.has_seed != 0 ? seed : std::nullopt, to_world(request.world));
     response.transition = outputs_.message(state, clock_.now());
-    to_message(values_of(state), response.world);
+    to_message(state.world_values(), response.world);
   });
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
     drive_->require_steps_by_service("step");
@@ -295,7 +295,7 @@ void Server::advertise_gazebo_services() {
   const auto present = [this] {
     Specification specification = pool_.specification();
     double& gravity = specification.gravity[2];
-    gravity = value_or(values_of(simulation_.shown().state()), "gravity", gravity);
+    gravity = value_or(simulation_.shown().state().world_values(), "gravity", gravity);
     return specification;
   };
   advertise<gazebo::GetPhysicsProperties>(

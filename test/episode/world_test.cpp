@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,11 @@ namespace walker {
 namespace {
 
 const std::string kId = "BipedalWalker-v3";
+
+const Specification& specification() {
+  static const std::unique_ptr<Environment> kEnvironment = make(kId);
+  return kEnvironment->specification();
+}
 
 std::string refusal(const std::string& id, const World& world) {
   return message_of<std::invalid_argument>([&] { check_world(id, world); });
@@ -123,21 +129,22 @@ TEST(World, DrawsByNumpysGenerators) {
 
 TEST(World, DrawsEachParameterByItself) {
   const GeneratorState state = Generator(3).state();
-  const WorldValues one = CheckedWorld(kId, {{"gravity", {-12, -8}}}).draw(state);
+  const WorldValues one = CheckedWorld(specification(), {{"gravity", {-12, -8}}}).draw(state);
   const WorldValues both =
-      CheckedWorld(kId,
+      CheckedWorld(specification(),
                    {{"dropout", {0.5, 0.5}}, {"gravity", {-12, -8}}, {"mass_scale", {0.9, 1.1}}})
           .draw(state);
   EXPECT_EQ(one.size(), 1U);
   EXPECT_EQ(both.size(), 3U);
   EXPECT_EQ(both.at("gravity"), one.at("gravity"));
   EXPECT_EQ(both.at("dropout"), 0.5);
-  EXPECT_NE(CheckedWorld(kId, {{"gravity", {-12, -8}}}).draw(Generator(4).state()), one);
+  EXPECT_NE(CheckedWorld(specification(), {{"gravity", {-12, -8}}}).draw(Generator(4).state()),
+            one);
 }
 
 TEST(World, DrawsUniformly) {
   constexpr int kDraws = 20000;
-  const CheckedWorld world(kId, {{"gravity", {-12, -8}}, {"stair_steps", {2, 4}}});
+  const CheckedWorld world(specification(), {{"gravity", {-12, -8}}, {"stair_steps", {2, 4}}});
   double sum = 0;
   double sum_of_squares = 0;
   std::vector<int> counts(3);

@@ -9,17 +9,6 @@ from gymnasium_reference import equal_bits
 NUMBERS = ("observations", "actions", "rewards", "terminated", "truncated", "infos")
 
 
-@pytest.fixture
-def record(tmp_path, command):
-    def run(*arguments):
-        file = tmp_path / "walk.npz"
-        command("record", *arguments, "--output", file)
-        with np.load(file, allow_pickle=False) as arrays:
-            return dict(arrays), file
-
-    return run
-
-
 def test_file_has_gymnasiums_episodes(record):
     recorded, _ = record("BipedalWalker-v3", "--seeds", "8,3,1")
     assert recorded["seeds"].tolist() == [8, 3, 1]

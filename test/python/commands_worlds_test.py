@@ -88,17 +88,6 @@ def test_without_a_world_the_files_have_none(command, tmp_path):
     assert outcomes_of(file) == before
 
 
-@pytest.fixture
-def record(tmp_path, command):
-    def run(*arguments):
-        file = tmp_path / "walk.npz"
-        command("record", *arguments, "--output", file)
-        with np.load(file, allow_pickle=False) as arrays:
-            return dict(arrays), file
-
-    return run
-
-
 @pytest.mark.parametrize(
     "arguments",
     [

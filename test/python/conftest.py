@@ -58,6 +58,20 @@ def command(capsys):
     return run
 
 
+@pytest.fixture
+def record(tmp_path, command):
+    """Runs `record` and returns its arrays and its file."""
+    import numpy as np
+
+    def run(*arguments):
+        file = tmp_path / "walk.npz"
+        command("record", *arguments, "--output", file)
+        with np.load(file, allow_pickle=False) as arrays:
+            return dict(arrays), file
+
+    return run
+
+
 class Clock:
     time = 100.0
 

@@ -308,8 +308,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     def get_state(self) -> bytes:
         """Returns the whole state, also within an episode, in a time independent of its length.
 
-        The state includes `np_random`, and the worlds of the present and of later episodes, but no
-        wrappers: Gymnasium's ``TimeLimit`` keeps its own step
+        The state includes `np_random` and the worlds of the present and of later episodes (over
+        ROS only of the present one), but no wrappers: Gymnasium's ``TimeLimit`` keeps its own step
         count. `copy.deepcopy` also copies wrappers.
 
         Returns

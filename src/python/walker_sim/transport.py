@@ -135,8 +135,8 @@ class Walkers(ABC):
 
     @abstractmethod
     def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
-        """Of the last step's rows, whose environments are `environments`, returns those that have
-        begun an episode in a world, with what it has drawn."""
+        """Returns what was drawn by the episodes that the last step has begun in a world, by row.
+        `environments` has the environment of each row."""
 
     def pool(self, name: str) -> InProcessWalkers:
         """Returns this object, if it is in process; else raises an AttributeError with `name`."""

@@ -97,15 +97,10 @@ void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp
   message.seed = state.seed.value_or(0);
   std::copy(state.generator_state.begin(), state.generator_state.end(),
             message.generator_state.begin());
-  to_message(values_of(state), message.world);
+  to_message(state.world_values(), message.world);
   message.length = state.step;
   message.episode_return = state.episode_return;
   message.end_reason = state.end_reason;
-}
-
-const WorldValues& values_of(const EpisodeState& state) {
-  static const WorldValues kNone;
-  return state.world ? *state.world : kNone;
 }
 
 void to_message(const Specification& specification, const ServerOptions& options,

@@ -41,9 +41,6 @@ struct Frames {
   std::vector<std::string> turned;  ///< per joint: its child, or the link on which that is fixed
 };
 
-/// What the episode has drawn from its world; empty in Gymnasium's.
-const WorldValues& values_of(const EpisodeState& state);
-
 // Each converter fills a message with its header. The message's vectors keep their capacity.
 
 void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp,

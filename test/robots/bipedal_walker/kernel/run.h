@@ -28,7 +28,7 @@ namespace walker::bipedal_walker {
 ///   rest       no action for 100 to 900 steps: the walker falls, lies and sleeps
 ///   thrown     one step in 20, a body gets a random velocity, up to 300 m/s and 300 rad/s
 ///   far        one step in 20, a body moves by up to 3 m and gets an angle of up to 40 rad
-/// Of random worlds, every other one is plain.
+/// Every other one of the random worlds is plain.
 inline const std::vector<std::string> kModes{"random", "saturated", "heuristic", "endless",
                                              "rest",   "thrown",    "far"};
 
