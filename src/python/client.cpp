@@ -126,24 +126,27 @@ class ClientBinding {
   /// Also true in the child of a fork, because the connections belong to the parent.
   bool is_lost() const { return is_lost_ || is_forked(); }
 
-  void reset(const py::object& seed, py::handle observation, py::handle info) {
+  /// @param world pairs (low, high) by name; None: the server's own
+  void reset(const py::object& seed, py::handle observation, py::handle info,
+             const py::object& world) {
     const auto number = to_seed(seed);
+    std::optional<World> ranges;
+    if (!world.is_none()) ranges = checked(to_worlds(py::make_tuple(world))).front();
     Output observations(observation, "observation");
     Output infos(info, "info");
     call([&] {
-      client_->reset(number, std::nullopt, reset_);
+      client_->reset(number, ranges, reset_);
       record_reset();
       write_answer(reset_.transition.observation, observations);
       write_answer(reset_.transition.info, infos);
     });
   }
 
-  /// Sets the worlds of the resets to come; checked here, so that errors are the core's.
+  /// Sets the worlds of the resets to come.
   /// @param environments indices; empty: all
   /// @param worlds pairs (low, high) by name; one for all, or one per listed environment
   void set_world(const std::vector<std::uint32_t>& environments, const py::sequence& worlds) {
-    const std::vector<World> ranges = to_worlds(worlds);
-    for (const World& world : ranges) check_world(specification_.id, world);
+    const std::vector<World> ranges = checked(to_worlds(worlds));
     call(
         [&] {
           for (const std::uint32_t environment : environments) check_index(environment);
@@ -213,14 +216,16 @@ class ClientBinding {
   }
 
   /// @param environments indices, in the order of the rows; empty: all
+  /// @param worlds        as for set_world; empty: the server's own
   void reset_batch(const std::vector<std::uint32_t>& environments, const py::sequence& seeds,
-                   py::handle observations, py::handle info) {
+                   py::handle observations, py::handle info, const py::sequence& worlds) {
     const auto numbers = to_seeds(seeds);
+    const std::vector<World> ranges = checked(to_worlds(worlds));
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
     call([&] {
       for (const std::uint32_t environment : environments) check_index(environment);
-      client_->reset_batch(environments, numbers, batch_reset_);
+      client_->reset_batch(environments, numbers, ranges, batch_reset_);
       write_answer(batch_reset_.observations, observations_output);
       write_answer(batch_reset_.info, info_output);
       if (environments.empty()) {
@@ -324,6 +329,12 @@ class ClientBinding {
       is_lost_ = true;
       throw py::error_already_set();
     }
+  }
+
+  /// The server checks worlds, too; here, errors are those in process.
+  std::vector<World> checked(std::vector<World> worlds) const {
+    for (const World& world : worlds) check_world(specification_.id, world);
+    return worlds;
   }
 
   void check_index(std::uint32_t environment) const {
@@ -446,14 +457,16 @@ void bind_client(py::module& module) {
       .def_property_readonly("specification", &ClientBinding::specification)
       .def_property_readonly("server_specification", &ClientBinding::server_specification)
       .def_property_readonly("is_lost", &ClientBinding::is_lost)
-      .def("reset", &ClientBinding::reset)
+      .def("reset", &ClientBinding::reset, py::arg("seed"), py::arg("observation"),
+           py::arg("info"), py::arg("world") = py::none())
       .def("set_world", &ClientBinding::set_world)
       .def("world_values", &ClientBinding::world_values)
       .def("drawn_worlds", &ClientBinding::drawn_worlds)
       .def("step", &ClientBinding::step)
       .def("snapshot", &ClientBinding::snapshot)
       .def("restore", &ClientBinding::restore)
-      .def("reset_batch", &ClientBinding::reset_batch)
+      .def("reset_batch", &ClientBinding::reset_batch, py::arg("environments"), py::arg("seeds"),
+           py::arg("observations"), py::arg("info"), py::arg("worlds") = py::tuple())
       .def("step_batch", &ClientBinding::step_batch)
       .def("final_rows", &ClientBinding::final_rows)
       .def("error", &ClientBinding::error)

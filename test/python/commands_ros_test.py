@@ -29,6 +29,19 @@ def test_evaluation_equals_in_process(command, tmp_path, serve, walker, num_envs
     assert results[0] == results[1]
 
 
+def test_evaluation_names_the_servers_world(command, tmp_path, serve):
+    world = "{gravity: [-12.0, -8.0], motor_strength: 0.9}"
+    name, _ = serve(world=world)
+    words = ["evaluate", "BipedalWalker-v3", "--policy", "random", "--episodes", 2]
+    results = []
+    for where in (["--world", world], ["--transport", "ros", "--server", name]):
+        files = [tmp_path / "one.csv", tmp_path / "one.json"]
+        out = command(*words, *where, "--csv", files[0], "--json", files[1]).out
+        results.append((out, *(file.read_text() for file in files)))
+    assert f"world {world}," in results[0][0]
+    assert results[0] == results[1]
+
+
 def test_recording_repeats_over_ros_and_in_process(command, tmp_path, serve):
     name, _ = serve(env="BipedalWalkerHardcore-v3", num_envs=2)
     ros = ["--transport", "ros", "--server", name, "--num-envs", 2]

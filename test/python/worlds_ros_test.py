@@ -61,6 +61,7 @@ def test_vectorised(serve, environment_id, mode):
     options = {"autoreset_mode": mode, "max_episode_steps": limit, "world": worlds}
     remote = make_many(environment_id, 4, transport="ros", server=server, **options)
     local = make_many(environment_id, 4, **options)
+    assert remote.get_attr("world") == local.get_attr("world")
     assert_same(remote.reset(seed=5), local.reset(seed=5))
     random, drawn = np.random.default_rng(1), 0
     for number in range(4 * limit):
@@ -93,6 +94,9 @@ def test_none_leaves_the_servers_own(serve):
     remote = make_ours("BipedalWalker-v3", transport="ros", server=server)
     local = make_ours("BipedalWalker-v3", world="moon")
     assert remote.unwrapped.world == local.unwrapped.world
+    options = {"transport": "ros", "server": server}
+    many = make_many("BipedalWalker-v3", 1, **options)
+    assert many.get_attr("world") == (local.unwrapped.world,)
     assert_same(remote.reset(seed=2), local.reset(seed=2))
     actions = random_actions("BipedalWalker-v3", 100)
     assert follow(remote, actions) == follow(local, actions)
@@ -160,6 +164,19 @@ def test_list_of_worlds_is_set_at_once(serve):
     infos = remote.reset(seed=1)[1]
     assert infos["world"]["gravity"].tolist() == [-1.62] * 3
     assert "friction_scale" not in infos["world"]
+
+
+def test_server_restarted_before_the_first_reset_gets_the_world(serve):
+    server, process = serve("Walker2d-v5")
+    remote = make_ours("Walker2d-v5", transport="ros", server=server, world="moon")
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    serve("Walker2d-v5", namespace=server.rpartition("/")[0])
+    try:
+        begun = remote.reset(seed=1)
+    except walker_sim.ConnectionError:
+        begun = remote.reset(seed=1)
+    assert begun[1]["world"] == {"gravity": -1.62}
 
 
 def test_restarted_server_gets_the_world_again(serve):

@@ -76,8 +76,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         ``rgbd_tuple``; None: no pictures, at no cost. See `render`.
     world
         World of the episodes: level, physics, disturbances, delays and noise. See `set_world`.
-        None: Gymnasium's. Over ROS it is set on the server by ``~set_world``; None leaves the
-        server's own.
+        None: Gymnasium's. Over ROS each reset requests it, and the server keeps it; None leaves
+        the server's own.
     parameters
         Parameters of the environment, e.g. ``hardcore``, ``reuse_world``,
         ``forward_reward_weight``, and of its camera: ``width`` and ``height`` [pixels]; for
@@ -231,12 +231,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             If the walker cannot apply the world. The present episode and world are unchanged.
         """
         has_world = isinstance(options, Mapping) and "world" in options
-        world = to_world(self.env_id, options["world"]) if options and has_world else {}
+        world = to_world(self.env_id, options["world"]) if options and has_world else None
         super().reset(seed=seed)
-        if has_world:
-            self._walker.set_world(world)
         observation, info = state = self._new_state()
-        self._walker.reset(seed, super().np_random, state)
+        self._walker.reset(seed, super().np_random, state, world)
         self._is_closed = False
         self._pictures.begin(self._walker.render)
         infos = by_name(self._info_names, info.tolist())

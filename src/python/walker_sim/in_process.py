@@ -55,8 +55,17 @@ class InProcessWalker:
         self._environment = _core.Environment(env_id, dict(parameters))
         self.specification: Specification = self._environment.specification
 
-    def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Begins an episode from `random`, which the caller has already seeded."""
+    def reset(
+        self,
+        seed: int | None,
+        random: np.random.Generator,
+        state: State,
+        world: World | None = None,
+    ) -> None:
+        """Begins an episode from `random`, which the caller has already seeded. `world`: of this
+        and the following episodes; None: the present one."""
+        if world is not None:
+            self.set_world(world)
         with random.bit_generator.lock:  # NumPy's own draws take it too
             set_generator_state(random, self._environment.reset(generator_state_of(random), *state))
 
@@ -129,7 +138,14 @@ class InProcessWalkers(Walkers):
     def _driver(self) -> _core.Pool:
         return self._pool
 
-    def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
+    def reset(
+        self,
+        environments: list[int],
+        seeds: Sequence[int | None],
+        worlds: Sequence[World] = (),
+    ) -> State:
+        if worlds:
+            self.set_world(environments, worlds)
         self._seed(environments, seeds)
         rows = self._new_rows(self.num_envs)
         self._pool.reset(environments, *rows)

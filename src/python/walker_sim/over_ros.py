@@ -105,7 +105,7 @@ class Connection:
 
     The server must be in lock-step and have this id, these parameters, `num_envs` walkers and the
     values `required` in its specification. `takes_any_limit` allows any ``max_episode_steps``.
-    Worlds that were set on a server are set again on one that was restarted.
+    A server that was restarted gets the worlds of this connection again.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Connection:
         self._options = (
             *(env_id, dict(parameters), address.server, address.master_uri, timeout, spin_us),
         )
-        self._worlds: dict[int, World] = {}  # by environment, as set by this connection
+        self._worlds: dict[int, World] = {}  # by environment; absent: the server's own
         self._client: _core.Client | None = None
         client = self.open()
         server = client.server_specification
@@ -154,18 +154,14 @@ class Connection:
             lines = differences(wanted, client.server_specification, self._takes_any_limit)
             if lines:
                 raise ServerMismatch(f"the server {self._options[2]}: " + "; ".join(lines))
-            if self._worlds:
-                client.set_world([*self._worlds], [*self._worlds.values()])
             self._client = client
         return self._client
 
-    def _set_worlds(self, environments: list[int], worlds: Sequence[World]) -> None:
-        """Calls ~set_world: one world for all `environments`, or one each; empty: all walkers."""
-        client = self.open()
-        client.set_world(environments, worlds)
-        chosen = environments or range(client.server_specification["num_envs"])
-        each = worlds if len(worlds) == len(chosen) else [*worlds] * len(chosen)
-        self._worlds.update(zip(chosen, each))
+    def world_of(self, environment: int) -> World:
+        """Returns the world of an environment's resets to come, unless another client sets it: that
+        of this connection, or else the server's when this one connected."""
+        servers: World = self.client.server_specification["world"]
+        return self._worlds.get(environment, servers)
 
     @property
     def client(self) -> _core.Client:
@@ -191,23 +187,32 @@ class Connection:
 class RemoteWalker(Connection):
     """The only walker of a server in lock-step. A copy is another connection to the server."""
 
-    def reset(self, seed: int | None, random: np.random.Generator, state: State) -> None:
-        """Begins an episode. Without a seed the server's generator continues; ignores `random`."""
-        self.open().reset(seed, *state)
+    def reset(
+        self,
+        seed: int | None,
+        random: np.random.Generator,
+        state: State,
+        world: World | None = None,
+    ) -> None:
+        """Begins an episode, in the world of this connection. Without a seed the server's generator
+        continues; ignores `random`. `world` replaces that of this connection."""
+        if world is None:
+            world = self._worlds.get(0)
+        self.open().reset(seed, *state, world)
+        if world is not None:
+            self._worlds[0] = world
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         return self.client.step(action, *state)
 
     def set_world(self, world: World) -> None:
-        """Sets the server's world, from the next reset on."""
-        self._set_worlds([], [world])
+        """Sets the world that each reset requests, from the next one on."""
+        self._worlds[0] = world
 
     @property
     def world(self) -> World:
-        """The world of the resets to come, unless another client sets it: that which this one has
-        set, or else the server's when this one connected."""
-        servers: World = self.client.server_specification["world"]
-        return self._worlds.get(0, servers)
+        """The world of the resets to come."""
+        return self.world_of(0)
 
     def world_values(self) -> WorldValues:
         """Returns what the episode has drawn from its world; empty in Gymnasium's."""
@@ -261,10 +266,27 @@ class RemoteWalkers(Connection, Walkers):
     def _driver(self) -> _core.Client:
         return self.client
 
-    def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
+    def open(self) -> _core.Client:
+        known = self._client
+        client = super().open()
+        if client is not known and self._worlds:  # also for resets by the server itself
+            client.set_world([*self._worlds], [*self._worlds.values()])
+        return client
+
+    def reset(
+        self,
+        environments: list[int],
+        seeds: Sequence[int | None],
+        worlds: Sequence[World] = (),
+    ) -> State:
         chosen = environments or list(range(self.num_envs))
         observations, info = self._new_rows(len(chosen))
-        self.open().reset_batch(environments, seeds, observations, info)
+        client = self.open()
+        if not worlds and all(i in self._worlds for i in chosen):
+            worlds = [self._worlds[i] for i in chosen]
+        client.reset_batch(environments, seeds, observations, info, worlds)
+        if worlds:
+            self._keep_worlds(environments, worlds)
         self._observations[chosen], self._info[chosen] = observations, info
         return self._observations.copy(), self._info.copy()
 
@@ -274,9 +296,16 @@ class RemoteWalkers(Connection, Walkers):
         return batch
 
     def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
-        """Sets the worlds of some walkers, one for all or one each, from each one's next reset on.
-        Empty `environments` stands for all."""
-        self._set_worlds(environments, worlds)
+        self.open().set_world(environments, worlds)
+        self._keep_worlds(environments, worlds)
+
+    def _keep_worlds(self, environments: list[int], worlds: Sequence[World]) -> None:
+        chosen = environments or range(self.num_envs)
+        each = worlds if len(worlds) == len(chosen) else [*worlds] * len(chosen)
+        self._worlds.update(zip(chosen, each))
+
+    def worlds(self) -> tuple[World, ...]:
+        return tuple(map(self.world_of, range(self.num_envs)))
 
     def world_values(self, environments: list[int]) -> list[WorldValues]:
         """Returns what the episodes of these walkers have drawn; empty in Gymnasium's world."""

@@ -250,7 +250,7 @@ class VecEnv(vec_env.VecEnv):
         """Returns an attribute of walkers: spaces, metadata, spec, dt, world, or a value of
         `set_attr`."""
         if attr_name == "world":
-            worlds = self._walkers.pool("world").worlds()
+            worlds = self._walkers.worlds()
             return [worlds[i] for i in self._get_indices(indices)]
         try:
             return [self._attributes[i][attr_name] for i in self._get_indices(indices)]

@@ -116,10 +116,16 @@ class Walkers(ABC):
         """The core's object that executes the calls."""
 
     @abstractmethod
-    def reset(self, environments: list[int], seeds: Sequence[int | None]) -> State:
+    def reset(
+        self,
+        environments: list[int],
+        seeds: Sequence[int | None],
+        worlds: Sequence[World] = (),
+    ) -> State:
         """Resets some walkers and returns observations and info of all.
 
         Empty `environments` stands for all. `seeds` is empty or has one element for each of these.
+        `worlds` of these and the following episodes: as for `set_world`, or empty for the present.
         """
 
     @abstractmethod
@@ -128,6 +134,10 @@ class Walkers(ABC):
 
         Empty `environments` stands for all. On an error, no world has changed.
         """
+
+    @abstractmethod
+    def worlds(self) -> tuple[World, ...]:
+        """Returns the worlds of the environments' resets to come."""
 
     @abstractmethod
     def world_values(self, environments: list[int]) -> list[WorldValues]:

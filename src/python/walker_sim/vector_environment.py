@@ -148,8 +148,8 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     @property
     def world(self) -> tuple[World, ...]:
-        """In process: the worlds of the walkers' resets to come, as `WalkerEnv.world`."""
-        return self._pool("world").worlds()
+        """The worlds of the walkers' resets to come, as `WalkerEnv.world`."""
+        return self._walkers.worlds()
 
     def set_world(self, world: AnyWorlds, indices: ArrayLike | None = None) -> None:
         """Sets the worlds of walkers from each one's next reset on, also within an autoreset.
@@ -219,12 +219,12 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
             listed = np.flatnonzero(mask).tolist()
             seeds = [seeds[i] for i in listed] if seeds else []
         chosen = listed or [*range(self.num_envs)]
+        worlds: list[World] = []
         if options is not None and "world" in options:
             worlds = to_worlds(self._env_id, options["world"], self.num_envs)
-            self._walkers.set_world(
-                listed, worlds if len(worlds) == 1 else [worlds[i] for i in chosen]
-            )
-        observations, info = self._walkers.reset(listed, seeds)
+            if len(worlds) > 1:
+                worlds = [worlds[i] for i in chosen]
+        observations, info = self._walkers.reset(listed, seeds, worlds)
         if mask[0]:
             self._show_first(self._pictures.begin)
         infos = to_infos(self._info_names, info, mask)

@@ -79,9 +79,14 @@ def to_worlds(env_id: str, given: AnyWorlds, count: int) -> list[World]:
     return worlds
 
 
+def range_text(world: World) -> str:
+    """Returns a world as a text for `to_world`, with all digits."""
+    return _core.world_text(world)
+
+
 def text_of(values: WorldValues) -> str:
-    """Returns what an episode has drawn as a text for `to_world`, with all digits."""
-    return _core.world_text({name: (value, value) for name, value in values.items()})
+    """Returns what an episode has drawn as `range_text` does."""
+    return range_text({name: (value, value) for name, value in values.items()})
 
 
 def _to_bytes(text: str | os.PathLike[str]) -> bytes:

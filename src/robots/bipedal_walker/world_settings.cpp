@@ -185,10 +185,11 @@ void check_world(const World& world, bool hardcore) {
   }
   const bool has_obstacles =
       hardcore || has_stumps(world) || has_stairs(world) || world.count("pit_gap") != 0;
-  if (world.count("obstacle_spacing") != 0 && !has_obstacles) {
-    throw std::invalid_argument(
-        "obstacle_spacing has no effect without obstacles; name also sizes of pits, stumps or "
-        "stairs, or take BipedalWalkerHardcore-v3");
+  const auto spacing = world.find("obstacle_spacing");
+  if (spacing != world.end() && !has_obstacles) {
+    throw std::invalid_argument("obstacle_spacing = " + shortest_text(spacing->second.high) +
+                                " m: has no effect without obstacles; name also sizes of pits, "
+                                "stumps or stairs, or take BipedalWalkerHardcore-v3");
   }
 }
 

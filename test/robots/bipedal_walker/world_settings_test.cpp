@@ -102,8 +102,8 @@ TEST(WorldSettingsTest, ContradictionsAreRefused) {
   EXPECT_NE(refusal(kPlain, {{"joint_damping", {1.1, 1.1}}}), kNothing);
   const World spaced{{"obstacle_spacing", {2, 3}}};
   EXPECT_EQ(refusal(kPlain, spaced),
-            "obstacle_spacing has no effect without obstacles; name also sizes of pits, stumps or "
-            "stairs, or take BipedalWalkerHardcore-v3");
+            "obstacle_spacing = 3 m: has no effect without obstacles; name also sizes of pits, "
+            "stumps or stairs, or take BipedalWalkerHardcore-v3");
   EXPECT_EQ(refusal(kHardcore, spaced), kNothing);
   for (const char* kind : {"pit_gap", "stump_float", "stair_steps"}) {
     World with_obstacles = spaced;

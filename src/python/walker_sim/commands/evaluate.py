@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import sys
 import time
+from collections import ChainMap
 from typing import Sequence
 
 from walker_sim.commands import options as common
 from walker_sim.commands import results
 from walker_sim.commands.episodes import play, shown
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
-from walker_sim.worlds import to_world
+from walker_sim.worlds import range_text
 
 EPISODES = 100
 
@@ -79,10 +80,13 @@ def run(arguments: Sequence[str]) -> int:
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options, env_id, parameters, walkers.specification)
-    world = to_world(env_id, options.world)
+    worlds = walkers.worlds()  # over ROS they may be the server's own
+    world = worlds[0] if all(one == worlds[0] for one in worlds) else worlds
     table = None
     if options.csv:
-        table = results.Table(options.csv, walkers.specification["info_names"], [*world])
+        table = results.Table(
+            options.csv, walkers.specification["info_names"], [*ChainMap(*worlds)]
+        )
     began = time.monotonic()
     episodes = []
     try:
@@ -104,8 +108,9 @@ def run(arguments: Sequence[str]) -> int:
     summary = results.summarise(episodes, threshold)
     policy = policy_text(options)
     walker = " ".join([env_id, *(word for word in options.walker if "=" in word)])
-    if options.world is not None:
-        walker += f", world {options.world}"
+    if options.world is not None or world:
+        known = options.world or (range_text(world) if isinstance(world, dict) else "differs")
+        walker += f", world {known}"
     title = f"{walker}, policy {policy}, {len(seeds)} episode{'s' if len(seeds) > 1 else ''}"
     returns = [episode.episode_return for episode in episodes]
     lines = [*results.report(summary, threshold), "", *results.histogram(returns)]
@@ -126,7 +131,7 @@ def run(arguments: Sequence[str]) -> int:
             "policy": policy,
             "engine": walkers.specification["engine_version"],
         }
-        if options.world is not None:
+        if options.world is not None or world:
             head["world"] = world
         results.write_json(options.json, head, summary, episodes)
     if options.plot:

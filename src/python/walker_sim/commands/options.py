@@ -74,7 +74,9 @@ def add_walker_options(parser: Parser) -> None:
     parser.set_defaults(world=None)
 
 
-def add_world(parser: Parser, default: str = "Gymnasium's, over ROS the server's") -> None:
+def add_world(
+    parser: Parser, default: str = "Gymnasium's; a server has its own and keeps what is given"
+) -> None:
     parser.add_argument(
         "--world",
         metavar="WORLD",
