@@ -19,6 +19,7 @@ from server_harness import ServerTest, run_program
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
+WORLD = "{gravity: [-12, -8], push_interval: 0.04, action_delay: [0.02, 0.1], dropout: 0.1}"
 
 
 def replay(*arguments):
@@ -85,7 +86,7 @@ class ReplayTopicsTest(ServerTest):
                 parameters = {"env": identifier, "mode": "lockstep", "max_episode_steps": 12}
                 if identifier.startswith("Walker2d"):
                     parameters["terminate_when_unhealthy"] = False
-                self.serve(**parameters)
+                self.serve(**parameters, world=WORLD)
                 recorder = self.start_recording(self.server)
                 self.ask("reset", has_seed=True, seed=42)
                 self.assertTrue(self.walk(size, 12).truncated)
