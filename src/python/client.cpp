@@ -457,8 +457,8 @@ void bind_client(py::module& module) {
       .def_property_readonly("specification", &ClientBinding::specification)
       .def_property_readonly("server_specification", &ClientBinding::server_specification)
       .def_property_readonly("is_lost", &ClientBinding::is_lost)
-      .def("reset", &ClientBinding::reset, py::arg("seed"), py::arg("observation"),
-           py::arg("info"), py::arg("world") = py::none())
+      .def("reset", &ClientBinding::reset, py::arg("seed"), py::arg("observation"), py::arg("info"),
+           py::arg("world") = py::none())
       .def("set_world", &ClientBinding::set_world)
       .def("world_values", &ClientBinding::world_values)
       .def("drawn_worlds", &ClientBinding::drawn_worlds)

@@ -11,8 +11,8 @@
 
 namespace walker {
 
-/// Address of the local socket beside a TCP port, which hands over pipes (wire/pipes.h). The name
-/// is in Linux's abstract namespace, so that it ends with its socket and needs no file.
+/// Address of the local socket beside a TCP port, which shares memory (wire/channel.h). The name is
+/// in Linux's abstract namespace, so that it ends with its socket and needs no file.
 class LocalAddress {
  public:
   explicit LocalAddress(std::uint16_t port) {

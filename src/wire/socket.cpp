@@ -29,14 +29,12 @@ constexpr std::chrono::milliseconds kMaxReceive = kSignalCheckPeriod / 2;
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
 /// Blocks until the descriptor is ready.
-/// @param closed the input of pipes, whose output does not report that the peer has closed; or -1
-/// @throws SocketError at the deadline or if `closed` has been closed, Interrupted
-void wait_for(int descriptor, short events, const Deadline& deadline, int closed = -1) {
+/// @throws SocketError at the deadline, Interrupted
+void wait_for(int descriptor, short events, const Deadline& deadline) {
   while (true) {
     const auto longest = std::chrono::ceil<std::chrono::milliseconds>(deadline.check());
-    std::array<pollfd, 2> entries{{{descriptor, events, 0}, {closed, 0, 0}}};
-    const int ready = poll(entries.data(), entries.size(), static_cast<int>(longest.count()));
-    if (ready > 0 && entries[0].revents == 0) fail(EPIPE);
+    pollfd entry{descriptor, events, 0};
+    const int ready = poll(&entry, 1, static_cast<int>(longest.count()));
     if (ready > 0) return;
     if (ready < 0) {
       if (errno != EINTR) fail(errno);
@@ -91,35 +89,28 @@ bool is_loopback(const sockaddr& address) {
              kNetwork;
 }
 
-/// Receives pipes from the local socket beside a port of this machine. A server of another user is
-/// not trusted, because any user can take the name of a port that has none.
-/// @return not open if there is no such socket, or no pipes arrive @throws Interrupted
+/// Joins the server's memory by the local socket beside a port of this machine. A server of another
+/// user is not trusted, because any user can take the name of a port that has none.
+/// @return not open if there is no such socket, or no memory arrives @throws Interrupted
 Channel connect_locally(const addrinfo& address, std::uint16_t port, const Deadline& deadline) {
-  Channel pipes;
-  if (!is_loopback(*address.ai_addr)) return pipes;
+  if (!is_loopback(*address.ai_addr)) return {};
   LocalAddress local(port);
   addrinfo wanted{};
   wanted.ai_family = AF_UNIX;
   wanted.ai_addr = local.get();
   wanted.ai_addrlen = local.size();
   try {
-    const int descriptor = connect_to(wanted, deadline);
+    Channel connected(connect_to(wanted, deadline));
     ucred peer{};
     socklen_t size = sizeof(peer);
-    const bool is_known = getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
-    try {
-      if (is_known && (peer.uid == geteuid() || peer.uid == 0)) {
-        wait_for(descriptor, POLLIN, deadline);
-        pipes = take_pipes(descriptor);
-      }
-    } catch (...) {
-      close(descriptor);
-      throw;
-    }
-    close(descriptor);
-  } catch (const SocketError&) {  // NOLINT(bugprone-empty-catch)  // TCP remains
+    const bool is_known =
+        getsockopt(connected.descriptor(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+    if (!is_known || (peer.uid != geteuid() && peer.uid != 0)) return {};
+    wait_for(connected.descriptor(), POLLIN, deadline);
+    return Channel::join(std::move(connected));
+  } catch (const SocketError&) {  // TCP remains
+    return {};
   }
-  return pipes;
 }
 
 }  // namespace
@@ -149,7 +140,7 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& dead
   for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
     try {
       channel_ = connect_locally(*address, port, deadline);
-      if (!channel_.is_open()) channel_ = Channel::of_socket(connect_to(*address, deadline));
+      if (!channel_.is_open()) channel_ = Channel(connect_to(*address, deadline));
       return;
     } catch (const SocketError& unreachable) {
       error = unreachable.what();
@@ -158,20 +149,22 @@ Socket::Socket(const std::string& host, std::uint16_t port, const Deadline& dead
   throw SocketError(error);
 }
 
-Socket::~Socket() { channel_.close(); }
+Socket::~Socket() = default;
 
 void Socket::send_all(const void* data, std::size_t size, const Deadline& deadline) {
   const auto* next = static_cast<const std::uint8_t*>(data);
   while (size > 0) {
     deadline.check();
-    const ssize_t sent = channel_.is_pipes()
-                             ? write(channel_.output, next, size)
-                             : send(channel_.output, next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t sent = channel_.is_shared()
+                             ? channel_.write(next, size)
+                             : send(channel_.descriptor(), next, size, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {
       next += sent;
       size -= static_cast<std::size_t>(sent);
     } else if (errno == EAGAIN) {
-      wait_for(channel_.output, POLLOUT, deadline, channel_.is_pipes() ? channel_.input : -1);
+      if (!channel_.await_room()) continue;
+      wait_for(channel_.descriptor(), channel_.is_shared() ? POLLIN : POLLOUT, deadline);
+      channel_.take_wakeup();
     } else if (errno != EINTR) {
       fail(errno);
     }
@@ -180,11 +173,13 @@ void Socket::send_all(const void* data, std::size_t size, const Deadline& deadli
 
 std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& deadline) {
   while (true) {
-    // A pipe does not block. recv() could block beyond the deadline or the next check for a signal.
-    if (deadline.check() < kMaxReceive || channel_.is_pipes()) {
-      wait_for(channel_.input, POLLIN, deadline);
+    // recv() could block beyond the deadline or the next check for a signal.
+    const bool is_due = deadline.check() < kMaxReceive;
+    if (channel_.is_shared() ? channel_.await_input() : is_due) {
+      wait_for(channel_.descriptor(), POLLIN, deadline);
+      channel_.take_wakeup();
     }
-    const ssize_t received = read(channel_.input, data, capacity);
+    const ssize_t received = channel_.read(data, capacity);
     if (received >= 0) return static_cast<std::size_t>(received);
     if (errno == EINTR) {
       deadline.take_signal();
@@ -195,8 +190,9 @@ std::size_t Socket::receive(void* data, std::size_t capacity, const Deadline& de
 }
 
 std::size_t Socket::receive_arrived(void* data, std::size_t capacity) {
-  const ssize_t received = channel_.is_pipes() ? read(channel_.input, data, capacity)
-                                               : recv(channel_.input, data, capacity, MSG_DONTWAIT);
+  const ssize_t received = channel_.is_shared()
+                               ? channel_.read(data, capacity)
+                               : recv(channel_.descriptor(), data, capacity, MSG_DONTWAIT);
   return static_cast<std::size_t>(std::max<ssize_t>(received, 0));
 }
 

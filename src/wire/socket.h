@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "wire/pipes.h"
+#include "wire/channel.h"
 
 namespace walker {
 
@@ -49,8 +49,8 @@ struct SocketError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A connected TCP socket without Nagle's delay, or the pipes that a server on this machine hands
-/// over (wire/pipes.h). No method raises SIGPIPE. After EINTR a method continues, unless the signal
+/// A connected TCP socket without Nagle's delay, or the memory that a server on this machine shares
+/// (wire/channel.h). No method raises SIGPIPE. After EINTR a method continues, unless the signal
 /// ends the call.
 class Socket {
  public:

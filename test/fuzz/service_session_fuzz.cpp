@@ -69,7 +69,7 @@ void run(const std::uint8_t* data, std::size_t size) {
   require(socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) == 0,
           "there is a pair of sockets");
   {
-    ServiceSession session(Channel::of_socket(ends[0]), shared());
+    ServiceSession session(Channel{ends[0]}, shared());
     Input input(data, size);
     bool is_over = false;
     while (!is_over && input.size() > 0) {

@@ -5,8 +5,8 @@ a test kills.
 """
 
 import io
+import mmap
 import os
-import select
 import signal
 import socket
 import struct
@@ -114,32 +114,54 @@ class BareClient:
         self.connection.close()
 
 
-class PipeConnection:
-    """The pipes that a server hands over on its local socket (src/wire/pipes.h), like a socket."""
+class SharedConnection:
+    """The memory that a server shares on its local socket (src/wire/channel.h), like a socket.
+
+    Wakes the server at each write, and polls instead of being woken.
+    """
+
+    CAPACITY = 1 << 16
+    READ, BYTES = 64, 128  # offsets in a ring; that of the written count is 0
+    ANSWERS = BYTES + CAPACITY  # offset of the second ring
 
     def __init__(self, port):
-        with socket.socket(socket.AF_UNIX) as local:
-            local.settimeout(TIMEOUT)
-            local.connect(f"\0walker_sim/{port}")
-            _, (self.input, self.output), _, _ = socket.recv_fds(local, 1, 2)
+        self.local = socket.socket(socket.AF_UNIX)
+        self.local.settimeout(TIMEOUT)
+        self.local.connect(f"\0walker_sim/{port}")
+        _, (descriptor,), _, _ = socket.recv_fds(self.local, 1, 1)
+        self.memory = mmap.mmap(descriptor, 2 * self.ANSWERS)
+        os.close(descriptor)
+
+    def count(self, offset):
+        return struct.unpack_from("<I", self.memory, offset)[0]
+
+    def set_count(self, offset, value):
+        struct.pack_into("<I", self.memory, offset, value % 2**32)
 
     def setsockopt(self, *_):
         pass
 
     def sendall(self, data):
-        while data:
-            select.select([], [self.output], [], TIMEOUT)
-            data = data[os.write(self.output, data) :]
+        for byte in data:
+            written = self.count(0)
+            wait_for(lambda n=written: n - self.count(self.READ) < self.CAPACITY, "room")
+            self.memory[self.BYTES + written % self.CAPACITY] = byte
+            self.set_count(0, written + 1)
+        self.local.send(b"x")
 
     def recv(self, size):
-        ready, _, _ = select.select([self.input], [], [], TIMEOUT)
-        if not ready:
-            raise socket.timeout("no answer by the pipe")
-        return os.read(self.input, size)
+        read = self.count(self.ANSWERS + self.READ)
+        wait_for(lambda: self.count(self.ANSWERS) != read, "an answer in shared memory")
+        size = min(size, self.count(self.ANSWERS) - read)
+        begin = self.ANSWERS + self.BYTES
+        data = bytes(self.memory[begin + (read + i) % self.CAPACITY] for i in range(size))
+        self.set_count(self.ANSWERS + self.READ, read + size)
+        self.local.send(b"x")
+        return data
 
     def close(self):
-        os.close(self.input)
-        os.close(self.output)
+        self.local.close()
+        self.memory.close()
 
 
 class BareSubscriber:

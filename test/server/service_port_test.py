@@ -16,7 +16,7 @@ from bare_ros import (
     CALLER,
     TIMEOUT,
     BareClient,
-    PipeConnection,
+    SharedConnection,
     header_bytes,
     read_header,
     receive_exactly,
@@ -488,45 +488,58 @@ class ServicePortTest(ServerTest):
         wait_for(accepted, "a new client")
         self.assert_serves()
 
-    # ------------------------------------------------------------ pipes
+    # ------------------------------------------------------------ shared memory
 
-    def pipes(self):
+    def shared(self):
         with self.server.service_address("step") as connection:
-            return PipeConnection(connection.getpeername()[1])
+            return SharedConnection(connection.getpeername()[1])
 
-    def pipe_client(self, service, service_class):
-        return BareClient(self.pipes(), f"{self.server.name}/{service}", service_class)
+    def shared_client(self, service, service_class):
+        return BareClient(self.shared(), f"{self.server.name}/{service}", service_class)
 
-    def test_serves_a_client_by_pipes(self):
-        client = self.pipe_client("step", Step)
+    def test_serves_a_client_by_shared_memory(self):
+        client = self.shared_client("step", Step)
         self.addCleanup(client.close)
         for _ in range(20):
             self.last = client(action=STAND).transition
             self.assert_serves()
 
-    def test_a_client_by_pipes_delays_nobody(self):
+    def test_a_client_by_shared_memory_delays_nobody(self):
         descriptors = f"/proc/{self.server.pid}/fd"
         before = len(os.listdir(descriptors))
-        client = self.pipe_client("get_spec", GetSpec)
-        for end in (client.connection.input, client.connection.output):
-            os.set_blocking(end, True)
-        # Its unread answers are longer than a pipe.
-        os.write(client.connection.output, 100 * client.request_bytes())
+        client = self.shared_client("get_spec", GetSpec)
+        # Its unread answers are longer than the ring.
+        client.connection.sendall(100 * client.request_bytes())
         self.assert_serves(50)
         for _ in range(100):
             self.assertEqual(client.receive().spec.id, "BipedalWalker-v3")
-        os.write(client.connection.output, 100 * client.request_bytes())
+        client.connection.sendall(100 * client.request_bytes())
         self.assert_serves()
         client.close()  # without reading them
-        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the pipes")
+        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the session")
+        self.assert_serves()
+
+    def test_wrong_counts_in_shared_memory_end_the_session(self):
+        descriptors = f"/proc/{self.server.pid}/fd"
+        before = len(os.listdir(descriptors))
+        for ring in (0, SharedConnection.ANSWERS):
+            for offset in (0, SharedConnection.READ):
+                client = self.shared_client("get_spec", GetSpec)
+                connection = client.connection
+                connection.sendall(client.request_bytes()[:2])
+                connection.set_count(ring + offset, 2**31)
+                connection.local.send(b"x")
+                self.assert_serves()
+                client.close()
+        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the sessions")
         self.assert_serves()
 
     def test_ends_the_sessions_of_clients_without_a_header(self):
         descriptors = f"/proc/{self.server.pid}/fd"
         before = len(os.listdir(descriptors))
         for _ in range(50):
-            self.pipes().close()
-        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the pipes")
+            self.shared().close()
+        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the sessions")
         self.assert_serves()
 
     # ------------------------------------------------------------ ROS's own clients

@@ -4,9 +4,11 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -18,8 +20,8 @@
 #include "client/scripted_server.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
+#include "wire/channel.h"
 #include "wire/local_address.h"
-#include "wire/pipes.h"
 
 namespace walker {
 namespace {
@@ -75,17 +77,14 @@ class LocalListener {
   LocalListener& operator=(const LocalListener&) = delete;
   ~LocalListener() { close(descriptor_); }
 
-  /// Accepts the next client in a thread and returns the server's ends of its pipes.
-  std::future<Channel> give_pipes_to_client() const {
+  /// Accepts the next client in a thread and shares memory with it. Returns the server's side.
+  std::future<Channel> share_with_client() const {
     return std::async(std::launch::async, [this] {
-      const int client = accept(descriptor_, nullptr, nullptr);
-      const Channel pipes = give_pipes(client);
-      close(client);
-      return pipes;
+      return Channel::share(Channel(accept(descriptor_, nullptr, nullptr)));
     });
   }
 
-  /// Accepts the next client in a thread and sends it a byte without pipes.
+  /// Accepts the next client in a thread and sends it a byte without memory.
   std::future<void> give_a_byte_to_client() const {
     return std::async(std::launch::async, [this] {
       const int client = accept(descriptor_, nullptr, nullptr);
@@ -98,53 +97,79 @@ class LocalListener {
   int descriptor_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
 };
 
-class PipesTest : public testing::Test {
+std::string read_from(Channel& channel) {
+  std::string bytes(1 << 17, '\0');
+  const ssize_t size = channel.read(bytes.data(), bytes.size());
+  return size < 0 ? "none" : bytes.substr(0, static_cast<std::size_t>(size));
+}
+
+class SharedMemoryTest : public testing::Test {
  protected:
-  PipesTest()
-      : pipes_(local_.give_pipes_to_client()), socket_("localhost", server_.port(), soon()) {
-    server_end_ = pipes_.get();
-  }
-
-  ~PipesTest() override { server_end_.close(); }
-
   static Deadline soon() { return Deadline(std::chrono::steady_clock::now() + kHang); }
-
-  /// Closes the server's ends, as its exit does.
-  void end_server() {
-    server_end_.close();
-    server_end_ = {};
-  }
 
   const ScriptedServer server_{{}};
   const LocalListener local_{server_.port()};
-  std::future<Channel> pipes_;
-  Socket socket_;
-  Channel server_end_;
+  std::future<Channel> shared_ = local_.share_with_client();
+  Socket socket_{"localhost", server_.port(), soon()};
+  Channel server_end_ = shared_.get();
 };
 
-TEST_F(PipesTest, CarryRequestsAndAnswers) {
+TEST_F(SharedMemoryTest, CarriesRequestsAndAnswers) {
+  ASSERT_TRUE(server_end_.is_shared());
+  EXPECT_EQ(read_from(server_end_), "none");
   socket_.send_all("request", 7, soon());
+  EXPECT_EQ(read_from(server_end_), "request");
   std::array<char, 16> bytes{};
-  EXPECT_EQ(read(server_end_.input, bytes.data(), bytes.size()), 7);
   EXPECT_EQ(socket_.receive_arrived(bytes.data(), bytes.size()), 0U);
-  EXPECT_EQ(write(server_end_.output, "answers", 7), 7);
+  EXPECT_EQ(server_end_.write("answers", 7), 7);
   EXPECT_EQ(socket_.receive(bytes.data(), bytes.size(), soon()), 7U);
-  EXPECT_EQ(write(server_end_.output, "more", 4), 4);
+  EXPECT_EQ(server_end_.write("more", 4), 4);
   EXPECT_EQ(socket_.receive_arrived(bytes.data(), bytes.size()), 4U);
 }
 
-TEST_F(PipesTest, ShowTheEndOfTheServer) {
-  end_server();
-  socket_.send_all("x", 1, soon());  // without SIGPIPE
-  char byte = 0;
-  EXPECT_EQ(socket_.receive(&byte, 1, soon()), 0U);
-  const std::string long_request(1 << 20, 'x');
-  EXPECT_EQ(message_of<SocketError>(
-                [&] { socket_.send_all(long_request.data(), long_request.size(), soon()); }),
-            "Broken pipe");
+/// Each side waits for the other many times: for bytes and, behind full rings, for room.
+TEST_F(SharedMemoryTest, CarriesMoreThanItHolds) {
+  std::string sent(3 << 20, '\0');
+  for (std::size_t i = 0; i < sent.size(); ++i) sent[i] = static_cast<char>(i * i >> 8U);
+  const auto echo = std::async(std::launch::async, [&] {
+    std::string bytes(70001, '\0');
+    for (std::size_t left = sent.size(); left > 0;) {
+      const ssize_t size = server_end_.read(bytes.data(), bytes.size());
+      if (size <= 0) {
+        pollfd entry{server_end_.descriptor(), POLLIN, 0};
+        if (server_end_.await_input()) poll(&entry, 1, -1);
+        server_end_.take_wakeup();
+        continue;
+      }
+      left -= static_cast<std::size_t>(size);
+      for (ssize_t given = 0; given < size;) {
+        given += std::max<ssize_t>(
+            server_end_.write(&bytes[static_cast<std::size_t>(given)], size_t(size - given)), 0);
+      }
+    }
+  });
+  std::string received(sent.size(), '\0');
+  std::size_t size = 0;
+  const std::size_t part = 100003;  // more than both rings hold would block both sides
+  for (std::size_t begin = 0; begin < sent.size(); begin += part) {
+    socket_.send_all(&sent[begin], std::min(part, sent.size() - begin), soon());
+    const std::size_t end = std::min(begin + part, sent.size());
+    while (size < end) size += socket_.receive(&received[size], end - size, soon());
+  }
+  EXPECT_EQ(received, sent);
 }
 
-TEST_F(PipesTest, TimeOut) {
+TEST_F(SharedMemoryTest, ShowsTheEndOfTheServer) {
+  EXPECT_EQ(server_end_.write("last", 4), 4);
+  server_end_ = Channel();
+  socket_.send_all("x", 1, soon());  // without SIGPIPE
+  std::array<char, 16> bytes{};
+  EXPECT_EQ(socket_.receive(bytes.data(), bytes.size(), soon()), 4U);
+  EXPECT_EQ(socket_.receive(bytes.data(), bytes.size(), soon()), 0U);
+  EXPECT_EQ(message_of<SocketError>([&] { socket_.send_all("x", 1, soon()); }), "Broken pipe");
+}
+
+TEST_F(SharedMemoryTest, TimesOut) {
   const auto now = [] { return Deadline(std::chrono::steady_clock::now() + kSignalCheckPeriod); };
   char byte = 0;
   EXPECT_EQ(message_of<SocketError>([&] { socket_.receive(&byte, 1, now()); }), "timed out");
@@ -154,22 +179,7 @@ TEST_F(PipesTest, TimeOut) {
             "timed out");
 }
 
-/// The client cannot make the server block: each end has flags of its own.
-TEST_F(PipesTest, OfTheServerDoNotBlock) {
-  for (const int descriptor : {server_end_.input, server_end_.output}) {
-    EXPECT_NE(fcntl(descriptor, F_GETFL) & O_NONBLOCK, 0);
-  }
-  for (int other = STDERR_FILENO + 1; other < 64; ++other) {
-    if (other == server_end_.input || other == server_end_.output) continue;
-    const int flags = fcntl(other, F_GETFL);
-    if (flags >= 0) fcntl(other, F_SETFL, flags & ~O_NONBLOCK);
-  }
-  char byte = 0;
-  EXPECT_EQ(read(server_end_.input, &byte, 1), -1);
-  EXPECT_EQ(errno, EAGAIN);
-}
-
-TEST(Socket, ConnectsToThePortIfNoPipesArrive) {
+TEST(Socket, ConnectsToThePortIfNoMemoryArrives) {
   std::promise<std::string> received;
   const ScriptedServer server({[&](Peer& peer) { received.set_value(peer.take(1)); }});
   const LocalListener local(server.port());

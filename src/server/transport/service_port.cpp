@@ -162,14 +162,13 @@ ServiceSession::Outcome ServicePort::advance(ServiceSession& session, short happ
   ServiceSession::Outcome outcome = session.advance(happened);
   if (outcome == ServiceSession::Outcome::called) answered_ = &session;
   for (int calls = 1; outcome == ServiceSession::Outcome::called && calls < max_calls; ++calls) {
-    outcome = session.advance(POLLIN);
+    outcome = session.advance(session.is_shared() ? short{0} : short{POLLIN});
   }
   return outcome;
 }
 
 void ServicePort::remove(std::unique_ptr<ServiceSession>& session) {
   if (answered_ == session.get()) answered_ = nullptr;
-  if (session->has_pipes()) --num_local_;
   held_ -= session->held();
   session.reset();
   is_any_over_ = true;
@@ -213,6 +212,11 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
     });
     if (is_ready) return;
     longest -= Clock::now() - now_;
+  }
+  if (longest > std::chrono::nanoseconds::zero()) {
+    for (const std::unique_ptr<ServiceSession>& session : sessions_) {
+      if (!session->may_wait()) longest = std::chrono::nanoseconds::zero();
+    }
   }
   constexpr std::int64_t kPerSecond = 1000000000;
   const std::int64_t left = std::max<std::int64_t>(longest.count(), 0);
@@ -262,20 +266,19 @@ void ServicePort::welcome(int descriptor) {
   set(descriptor, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
   set(descriptor, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
   set(descriptor, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
-  add(Channel::of_socket(descriptor));
+  add(Channel(descriptor));
 }
 
-/// A client that receives no pipes connects to the port, where it learns that the server is full.
+/// A client that receives no memory connects to the port, where it learns that the server is full.
 void ServicePort::welcome_locally(int descriptor) {
-  const Channel pipes = is_full() ? Channel{} : give_pipes(descriptor);
-  close(descriptor);
-  if (!pipes.is_open()) return;
-  ++num_local_;
-  add(pipes);
+  Channel local(descriptor);
+  if (is_full()) return;
+  Channel shared = Channel::share(std::move(local));
+  if (shared.is_open()) add(std::move(shared));
 }
 
 void ServicePort::add(Channel channel) {
-  sessions_.push_back(std::make_unique<ServiceSession>(channel, shared_));
+  sessions_.push_back(std::make_unique<ServiceSession>(std::move(channel), shared_));
   held_ += sessions_.back()->held();
 }
 

@@ -103,8 +103,7 @@ class ServicePort {
   }
 
   void add(const std::string& name, OfferedService service);
-  /// Whether no further client is taken. Pipes have twice the file descriptors of a socket.
-  bool is_full() const { return sessions_.size() + num_local_ >= max_sessions_; }
+  bool is_full() const { return sessions_.size() >= max_sessions_; }
   void welcome(int descriptor);
   void welcome_locally(int descriptor);
   void add(Channel channel);
@@ -117,12 +116,11 @@ class ServicePort {
   void turn_away(int descriptor);
 
   int listener_;
-  int local_listener_;  // hands pipes to our clients on this machine; negative: its name is taken
+  int local_listener_;  // of clients that share memory; negative: its name is taken
   std::string uri_;
   std::size_t max_sessions_;
   SharedBySessions shared_;
   std::vector<std::unique_ptr<ServiceSession>> sessions_;  // null: ended
-  std::size_t num_local_ = 0;                              // sessions with pipes
   std::size_t held_ = 0;                                   // bytes of all sessions
   bool is_any_over_ = false;
   ServiceSession* answered_ = nullptr;  // called in the last `serve`; null: none, or it has ended

@@ -1,14 +1,13 @@
 #include "server/transport/service_session.h"
 
 #include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <exception>
 #include <stdexcept>
+#include <utility>
 
 #include <ros/console.h>
 #include <ros/this_node.h>
@@ -41,12 +40,6 @@ std::string quoted(const std::string& text) { return printable(text, kMaxQuotedB
 
 bool is_retryable_errno() { return errno == EAGAIN || errno == EINTR; }
 
-/// As write(), without SIGPIPE: for pipes roscpp has switched it off.
-ssize_t write_to(const Channel& channel, const std::uint8_t* data, std::size_t size) {
-  return channel.is_pipes() ? write(channel.output, data, size)
-                            : send(channel.output, data, size, MSG_NOSIGNAL);
-}
-
 void free_memory(tcpros::Bytes& bytes) { tcpros::Bytes().swap(bytes); }
 
 }  // namespace
@@ -58,17 +51,15 @@ void log_client(SharedBySessions& shared, const char* what, const std::string& w
 }
 
 ServiceSession::ServiceSession(Channel channel, SharedBySessions& shared)
-    : channel_(channel),
+    : channel_(std::move(channel)),
       shared_(shared),
       due_(Clock::now() + kUntilHeader),
       input_(kFirstCapacity) {}
 
-ServiceSession::~ServiceSession() { channel_.close(); }
-
 short ServiceSession::events() const {
   // After EOF, POLLRDHUP would fire on every poll; an RST is reported regardless.
   if (pending_) return sent_ == 0 ? POLLRDHUP : 0;
-  return has_output() ? POLLOUT : POLLIN;
+  return has_output() && !channel_.is_shared() ? POLLOUT : POLLIN;
 }
 
 /// Size of the next header or request, including its length field. Requires `has_length()`.
@@ -96,6 +87,7 @@ bool ServiceSession::read_ahead() {
 
 ServiceSession::Outcome ServiceSession::advance(short happened) {
   if (is_at_end_) return Outcome::over;
+  if (happened != 0) channel_.take_wakeup();
   if (pending_) {
     if (is_gone_while_pending(happened)) return Outcome::over;
     if (!pending_->is_given()) return Outcome::waits;
@@ -106,7 +98,8 @@ ServiceSession::Outcome ServiceSession::advance(short happened) {
   Outcome outcome = Outcome::waits;
   try {
     // Answers buffered requests before reading more: a client may send requests and then EOF.
-    if (!has_output() && !has_request() && (happened & ~POLLOUT) != 0 && !receive()) {
+    const bool may_read = channel_.has_input() || (happened & ~POLLOUT) != 0;
+    if (!has_output() && !has_request() && may_read && !receive()) {
       return Outcome::over;
     }
     if (has_request()) take_frame(outcome);
@@ -195,7 +188,7 @@ void ServiceSession::make_room() {
 bool ServiceSession::receive() {
   if (discarded_ > 0) return discard();
   make_room();
-  const ssize_t size = read(channel_.input, &input_[received_], input_.size() - received_);
+  const ssize_t size = channel_.read(&input_[received_], input_.size() - received_);
   if (size == 0) return false;
   if (size < 0) return is_retryable_errno();
   received_ += static_cast<std::size_t>(size);
@@ -205,7 +198,7 @@ bool ServiceSession::receive() {
 
 bool ServiceSession::discard() {
   std::array<std::uint8_t, kKeptBytes> nowhere;  // NOLINT(cppcoreguidelines-pro-type-member-init)
-  const ssize_t size = read(channel_.input, nowhere.data(), std::min(discarded_, nowhere.size()));
+  const ssize_t size = channel_.read(nowhere.data(), std::min(discarded_, nowhere.size()));
   if (size == 0) return false;
   if (size < 0) return is_retryable_errno();
   discarded_ -= static_cast<std::size_t>(size);
@@ -215,7 +208,7 @@ bool ServiceSession::discard() {
 bool ServiceSession::send() {
   if (pending_) return true;  // keeps sent_, for its first byte may have been sent
   while (has_output()) {
-    const ssize_t size = write_to(channel_, &output_[sent_], output_.size() - sent_);
+    const ssize_t size = channel_.write(&output_[sent_], output_.size() - sent_);
     if (size < 0) return is_retryable_errno();
     sent_ += static_cast<std::size_t>(size);
     moved_at_ = ++shared_.moves;
@@ -233,7 +226,7 @@ bool ServiceSession::send() {
 bool ServiceSession::is_gone_while_pending(short happened) {
   if ((happened & (POLLERR | POLLHUP)) != 0) return true;
   if ((happened & POLLRDHUP) == 0 || sent_ > 0) return false;
-  const ssize_t size = write_to(channel_, &tcpros::kResponseFollows, 1);
+  const ssize_t size = channel_.write(&tcpros::kResponseFollows, 1);
   if (size < 0) return !is_retryable_errno();
   sent_ = 1;
   return false;

@@ -11,7 +11,7 @@
 
 #include "ros/throttle.h"
 #include "server/transport/pending_answer.h"
-#include "wire/pipes.h"
+#include "wire/channel.h"
 #include "wire/tcpros.h"
 
 namespace walker {
@@ -42,7 +42,7 @@ constexpr std::size_t kMaxHeldBytes = std::size_t{256} << 20U;
 /// Logs a client's fault, unless the throttle suppresses it. Escapes text that the client sent.
 void log_client(SharedBySessions& shared, const char* what, const std::string& why);
 
-/// Speaks TCPROS (wire/tcpros.h) on a non-blocking socket or pipes, and never waits.
+/// Speaks TCPROS (wire/tcpros.h) on a channel that does not block, and never waits.
 ///
 /// While an answer is pending or not fully written, further requests stay in the system, so a
 /// client that never reads costs the memory of one answer and delays no other client. Memory for a
@@ -52,21 +52,27 @@ class ServiceSession {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param channel connected; closed by the destructor
-  /// @param shared  outlives this
+  /// @param shared outlives this
   ServiceSession(Channel channel, SharedBySessions& shared);
   ServiceSession(const ServiceSession&) = delete;
   ServiceSession& operator=(const ServiceSession&) = delete;
-  ~ServiceSession();
 
-  bool has_pipes() const { return channel_.is_pipes(); }
+  bool is_shared() const { return channel_.is_shared(); }
   /// File descriptor to poll.
-  int descriptor() const { return has_output() ? channel_.output : channel_.input; }
+  int descriptor() const { return channel_.descriptor(); }
   /// Events to poll for, a bit mask of poll().
   short events() const;
-  /// Whether a buffered request, a given answer or EOF is ready, which poll() does not report.
+  /// Whether a buffered request, a given answer, EOF or shared memory is ready, which poll() does
+  /// not report.
   bool has_work() const {
-    return has_request() || (pending_ && pending_->is_given()) || is_at_end_;
+    if (pending_) return pending_->is_given();
+    return has_request() || is_at_end_ ||
+           (has_output() ? channel_.has_room() : channel_.has_input());
+  }
+  /// Call this before blocking in poll(). @return false if the session has work by now
+  bool may_wait() {
+    if (pending_) return true;
+    return has_output() ? channel_.await_room() : channel_.await_input();
   }
   /// Whether the header is late. With a header the client may idle forever, as with roscpp.
   bool is_overdue(Clock::time_point now) const { return service_ == nullptr && now >= due_; }
@@ -74,7 +80,9 @@ class ServiceSession {
   enum class Outcome { waits, called, over };
 
   /// Reads, handles and writes as far as possible without blocking, and makes at most one call.
-  /// @param happened events that poll() returned for its descriptor
+  /// @param happened events that poll() returned for its descriptor, or POLLIN to try to read from
+  /// a
+  ///                 socket
   /// @return `called` after a call that has been answered; `over` if the session is to be destroyed
   Outcome advance(short happened);
 
