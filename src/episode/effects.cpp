@@ -97,8 +97,8 @@ WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
 Effects::Effects(const WorldValues& values, const Specification& specification,
                  const GeneratorState& episode)
     : action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
-      action_noise_(value_or(values, "action_noise", 0)),
       observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification.dt)),
+      action_noise_(value_or(values, "action_noise", 0)),
       dropout_(value_or(values, "dropout", 0)),
       joint_position_noise_(value_or(values, "joint_position_noise", 0)),
       joint_velocity_noise_(value_or(values, "joint_velocity_noise", 0)),
@@ -106,8 +106,6 @@ Effects::Effects(const WorldValues& values, const Specification& specification,
       angular_velocity_noise_(value_or(values, "angular_velocity_noise", 0)),
       linear_velocity_noise_(value_or(values, "linear_velocity_noise", 0)),
       range_noise_(value_or(values, "range_noise", 0)),
-      has_noise_(joint_position_noise_ > 0 || joint_velocity_noise_ > 0 || orientation_noise_ > 0 ||
-                 angular_velocity_noise_ > 0 || linear_velocity_noise_ > 0 || range_noise_ > 0),
       push_generator_(derive(episode, "push")),
       action_generator_(derive(episode, "action")),
       sensing_generator_(derive(episode, "sensing")),
@@ -121,6 +119,8 @@ Effects::Effects(const WorldValues& values, const Specification& specification,
     push_impulse_ = impulse != values.end() ? impulse->second
                                             : find_registration(specification.id).push_impulse;
   }
+  has_noise_ = joint_position_noise_ > 0 || joint_velocity_noise_ > 0 || orientation_noise_ > 0 ||
+               angular_velocity_noise_ > 0 || linear_velocity_noise_ > 0 || range_noise_ > 0;
   noise_.joint_position.resize(specification.joints.size());
   noise_.joint_velocity.resize(specification.joints.size());
   noise_.ranges.resize(specification.range_finder.num_rays);

@@ -90,16 +90,15 @@ class Effects {
   void remember_sensors(Robot& robot);
   bool is_delayed() const { return observation_delay_ != 0 || dropout_ > 0; }
 
-  std::uint32_t push_period_ = 0;  // steps; 0: no pushes
-  double push_impulse_ = 0;        // [N s]
-  std::uint32_t action_delay_;     // steps
-  double action_noise_;
+  std::uint32_t push_period_ = 0;    // steps; 0: no pushes
+  std::uint32_t action_delay_;       // steps
   std::uint32_t observation_delay_;  // steps
-  double dropout_;
+  bool has_noise_ = false;
+  double push_impulse_ = 0;  // [N s]
+  double action_noise_, dropout_;
   // Standard deviations.
   double joint_position_noise_, joint_velocity_noise_, orientation_noise_, angular_velocity_noise_,
       linear_velocity_noise_, range_noise_;
-  bool has_noise_;
 
   Generator push_generator_, action_generator_, sensing_generator_;
   std::uint32_t step_ = 0;

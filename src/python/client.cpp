@@ -167,6 +167,7 @@ class ClientBinding {
   std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
     const GilFreeLock lock = enter();
     std::vector<WorldValues> values;
+    values.reserve(environments.size());
     for (const std::uint32_t i : environments) {
       values.push_back(episodes_.at(i).state.world_values());
     }

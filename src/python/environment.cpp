@@ -193,7 +193,7 @@ class ExitGuard {
  private:
   const unsigned num_forks_ = num_forks();
   std::shared_mutex mutex_;
-  std::atomic<std::thread::id> exiting_{};
+  std::atomic<std::thread::id> exiting_{std::thread::id()};
 };
 
 ExitGuard& exit_guard() {

@@ -268,14 +268,16 @@ class WorldServicesTest(ServerTest):
         heard = [self.record(f"/{name}", STATE_TOPICS[f"/{name}"]) for name in topics]
         transforms = self.record("/tf", STATE_TOPICS["/tf"])
         stamps = [nanoseconds(self.reset().transition)]
-        stamps += [nanoseconds(state) for state in self.play(40)]
+        for action in actions(40, 4):
+            stamps.append(nanoseconds(self.ask("step", action=action).transition))
+            transforms.at(stamps[-1])  # the other topics' queues hold the newest message only
         last = nanoseconds(self.reset(4).transition)
         for recorder in heard:
             recorder.at(last)
             found = [nanoseconds(message) for message in recorder.messages()]
             self.assertEqual(found, sorted(set(found)), "strictly increasing")
             self.assertEqual(set(found[:-1]) - set(stamps[:-3]), set(), "at least three steps old")
-            self.assertGreater(len(found), 20)
+            self.assertGreater(len(found), 10)
             self.assertLess(len(found), len(stamps) - 3, "dropped ones are not published")
         transforms.at(last)
         self.assertEqual(len(transforms.messages()), len(stamps) + 1, "the true state")
@@ -287,13 +289,20 @@ class WorldServicesTest(ServerTest):
         before = self.play(5)
         record = self.ask("snapshot").record
         heard = self.record("/joint_states", STATE_TOPICS["/joint_states"])
-        self.play_rest(5, 12)
-        stamps = [nanoseconds(message) for message in heard.wait_count(4)]
         first = nanoseconds(before[-1]) + DT
-        self.assertEqual(stamps, [first + i * DT for i in range(4)])
+        expected = [first + i * DT for i in range(4)]
+        self.step_and_hear(7, expected, heard)
         restored = nanoseconds(self.ask("restore", record=record).transition)
-        self.play(6)
+        later = [restored + i * DT for i in range(4)]
+        self.step_and_hear(6, later, heard)
         last = nanoseconds(self.reset(4).transition)
         heard.at(last)
-        stamps = [nanoseconds(message) for message in heard.messages()[4:]]
-        self.assertEqual(stamps, [restored + i * DT for i in range(4)] + [last])
+        stamps = [nanoseconds(message) for message in heard.messages()]
+        self.assertEqual(stamps, [*expected, *later, last])
+
+    def step_and_hear(self, num_steps, stamps, heard):
+        """Steps, and awaits these stamps after the last steps: the queue holds one message."""
+        for awaited in [None] * (num_steps - len(stamps)) + stamps:
+            self.ask("step", action=[0.1] * 4)
+            if awaited:
+                heard.at(awaited)
