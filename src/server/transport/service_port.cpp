@@ -135,6 +135,12 @@ bool ServicePort::serve(int other, std::chrono::nanoseconds longest) {
   return polled_[2].revents != 0;
 }
 
+/// Whether a session has work that ppoll() does not report.
+bool ServicePort::has_work() const {
+  return std::any_of(sessions_.begin(), sessions_.end(),
+                     [](const auto& session) { return session->has_work(); });
+}
+
 void ServicePort::serve_sessions() {
   constexpr std::size_t kFirstSession = 4;
   for (std::size_t i = 0; i < sessions_.size(); ++i) {
@@ -200,15 +206,15 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   polled_.push_back({answer_is_given_->get(), POLLIN, 0});
   for (const std::unique_ptr<ServiceSession>& session : sessions_) {
     polled_.push_back({session->descriptor(), session->events(), 0});
-    if (session->has_work()) longest = std::chrono::nanoseconds::zero();
   }
+  if (has_work()) longest = std::chrono::nanoseconds::zero();
   // A client that has its answer usually sends its next request soon.
   ServiceSession* const answered = std::exchange(answered_, nullptr);
   if (answered != nullptr && longest >= spin_.limit()) {
     const bool is_ready = spin_.poll([&] {
       constexpr timespec kNow{};
       if (++num_polls_ % kMaxCalls != 0) return answered->read_ahead();
-      return ppoll(polled_.data(), polled_.size(), &kNow, nullptr) > 0;
+      return has_work() || ppoll(polled_.data(), polled_.size(), &kNow, nullptr) > 0;
     });
     if (is_ready) return;
     longest -= Clock::now() - now_;

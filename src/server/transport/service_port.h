@@ -108,6 +108,7 @@ class ServicePort {
   void welcome_locally(int descriptor);
   void add(Channel channel);
   void wait(int other, std::chrono::nanoseconds longest);
+  bool has_work() const;
   void serve_sessions();
   ServiceSession::Outcome advance(ServiceSession& session, short happened);
   void make_room();
