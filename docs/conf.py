@@ -60,7 +60,7 @@ TREE = {
     "Evidence": "fidelity compatibility reliability security benchmark engines",
     "Reference": "python_api cpp_api",
     "Work on it": "architecture adding_an_environment testing /CONTRIBUTING releasing /CHANGELOG",
-    "Speed, in depth": "box2d_speed walker2d_speed pool transport",
+    "Speed, in depth": "box2d_speed mujoco_speed pool transport",
     "Examples": "/examples/README /examples/my_walker_pkg/README",
 }
 

@@ -132,15 +132,15 @@ if(walker2d_kernels)
     walker_sim_register_variant(robots_mujoco_recordings_test_kernel_${kernel}
       mujoco_tests recordings_test short WALKER_SIM_KERNEL=${kernel})
   endforeach()
-  walker_sim_register_variant(robots_walker2d_kernel_kernel_test_long
+  walker_sim_register_variant(robots_mujoco_kernel_kernel_test_long
     mujoco_tests kernel_test nightly WALKER_SIM_TEST_STEPS=30000)
   foreach(name altered_add altered_pow)
-    set_source_files_properties(test/robots/walker2d/kernel/${name}.cpp PROPERTIES
-      SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${walker2d_kernel_options}")
-    target_sources(mujoco_tests PRIVATE test/robots/walker2d/kernel/${name}.cpp)
+    set_source_files_properties(test/robots/mujoco/kernel/${name}.cpp PROPERTIES
+      SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${mujoco_kernel_options}")
+    target_sources(mujoco_tests PRIVATE test/robots/mujoco/kernel/${name}.cpp)
   endforeach()
-  target_sources(mujoco_tests PRIVATE test/robots/walker2d/kernel/run.cpp)
 endif()
+target_sources(mujoco_tests PRIVATE test/robots/mujoco/kernel/run.cpp)
 if(bipedal_walker_kernels)
   # Box2D alone also has the recordings' bits.
   walker_sim_register_variant(robots_bipedal_walker_recordings_test_kernel_off

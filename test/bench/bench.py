@@ -37,7 +37,11 @@ SECTIONS = {
 }
 LONG_SECTIONS = {"training": learning.training, "policies": learning.policies}
 ALL_SECTIONS = {**SECTIONS, **LONG_SECTIONS}
-MODELS = {"Walker2d-v4": "walker2d.xml", "Walker2d-v5": "walker2d_v5.xml"}  # in Gymnasium
+MODELS = {  # in Gymnasium
+    "Walker2d-v4": "walker2d.xml",
+    "Walker2d-v5": "walker2d_v5.xml",
+    "Hopper-v5": "hopper.xml",
+}
 QUICK_SECONDS = 0.1
 QUICK_SHARE = 10  # divides the number of environments
 

@@ -13,7 +13,7 @@ from measure import (
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.policy_file import PolicyFile, write_policy
 
-IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5")
+IDS = ("BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4", "Walker2d-v5", "Hopper-v5")
 POOLED_IDS = ("BipedalWalker-v3", "Walker2d-v4")
 KERNELS = ("avx2", "sse2")  # measured besides the default
 SIZES = (1, 16, 64, 256, 1024)

@@ -26,7 +26,8 @@ TABLES = {
     "policies": ("Shipped policies over ROS [mean return]", ("environment",), "side"),
 }
 
-BIPEDAL, HARDCORE, WALKER2D = "BipedalWalker-v3", "BipedalWalkerHardcore-v3", "Walker2d-v4"
+BIPEDAL, HARDCORE = "BipedalWalker-v3", "BipedalWalkerHardcore-v3"
+WALKER2D, HOPPER = "Walker2d-v4", "Hopper-v5"
 TWO_THREADS, TWO_CORES = {"num_envs": 64, "threads": 2}, {"placement": "2 cores"}
 LOCKSTEP = "lock-step over ROS on two cores, {}, {}, against Gymnasium in process"
 # README's ratios: text, and section, environment, side and attributes of the row.
@@ -34,7 +35,9 @@ SUMMARY = (
     ("one core, 64 BipedalWalkers, against EnvPool", "core", BIPEDAL, "pool, 64", {}),
     ("one core, 64 BipedalWalkerHardcores, against EnvPool", "core", HARDCORE, "pool, 64", {}),
     ("one core, 64 Walker2ds, against EnvPool", "core", WALKER2D, "pool, 64", {}),
+    ("one core, 64 Hoppers, against EnvPool", "core", HOPPER, "pool, 64", {}),
     ("one core, a single Walker2d, against Gymnasium", "core", WALKER2D, "single", {}),
+    ("one core, a single Hopper, against Gymnasium", "core", HOPPER, "single", {}),
     *(
         (f"two threads, 64 {name}s, against EnvPool", "pool", env, "walker_sim", TWO_THREADS)
         for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))

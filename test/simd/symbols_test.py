@@ -19,12 +19,16 @@ OBJECTS = [
 
 
 def name_of(file):
-    """Returns a name such as walker2d/kernel/kernel_avx2.cpp.o."""
+    """Returns a name such as hopper/kernel/kernel_avx2.cpp.o."""
     return "/".join(file.parts[-3:])
 
 
 def test_each_kernel_has_an_object():
-    sets = {"walker2d": ("sse2", "avx2"), "bipedal_walker": ("sse2", "avx2", "avx512")}
+    sets = {
+        "hopper": ("sse2", "avx2"),
+        "walker2d": ("sse2", "avx2"),
+        "bipedal_walker": ("sse2", "avx2", "avx512"),
+    }
     assert sorted(map(name_of, OBJECTS)) == sorted(
         f"{robot}/kernel/kernel_{name}.cpp.o" for robot in sets for name in sets[robot]
     )

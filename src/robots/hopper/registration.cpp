@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "robots/hopper/kernel/kernel.h"
+#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/locomotion_robot.h"
 
 namespace walker::hopper {
@@ -50,6 +52,9 @@ std::vector<Registration> registrations() {
       "a number of the state left healthy_state_range"};
   kind.healthy_ranges.insert(kind.healthy_ranges.begin(), state);
   kind.gait = gait();
+  kind.make_physics = [](mujoco::ModelPointer model) {
+    return mujoco::kernel::make_physics(kernels(), std::move(model));
+  };
   return mujoco::registrations(std::move(kind));
 }
 

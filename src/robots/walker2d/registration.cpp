@@ -2,8 +2,9 @@
 
 #include <utility>
 
+#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/locomotion_robot.h"
-#include "robots/walker2d/kernel/kernel_physics.h"
+#include "robots/walker2d/kernel/kernel.h"
 
 namespace walker::walker2d {
 namespace {
@@ -57,7 +58,9 @@ std::vector<Registration> registrations() {
   kind.camera_distance = 4;
   kind.healthy_ranges = mujoco::torso_ranges("walker", {0.8, 2.0}, {-1.0, 1.0});
   kind.gait = gait();
-  kind.make_physics = make_kernel_physics;
+  kind.make_physics = [](mujoco::ModelPointer model) {
+    return mujoco::kernel::make_physics(kernels(), std::move(model));
+  };
   return mujoco::registrations(std::move(kind));
 }
 

@@ -1,10 +1,14 @@
+#define WALKER_SIM_ROBOT walker2d
+#define WALKER_SIM_MODEL_CONSTANTS "robots/walker2d/model_constants.h"
 #define WALKER_SIM_INSTRUCTION_SET avx2
 #include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/kernel/runge_kutta.h"
+
+#include "robots/mujoco/kernel/runge_kutta.h"
 
 namespace walker::walker2d {
 
-const Kernel kernel_avx2{"avx2", 4, kernel::step_worlds<4>, kernel::step_worlds<1>,
-                         kernel::start_world};
+const mujoco::kernel::Kernel kernel_avx2{"avx2", 4, mujoco::kernel::walker2d::step_worlds<4>,
+                                         mujoco::kernel::walker2d::step_worlds<1>,
+                                         mujoco::kernel::walker2d::start_world};
 
 }  // namespace walker::walker2d

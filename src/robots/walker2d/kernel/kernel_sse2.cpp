@@ -1,10 +1,14 @@
+#define WALKER_SIM_ROBOT walker2d
+#define WALKER_SIM_MODEL_CONSTANTS "robots/walker2d/model_constants.h"
 #define WALKER_SIM_INSTRUCTION_SET sse2
 #include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/kernel/runge_kutta.h"
+
+#include "robots/mujoco/kernel/runge_kutta.h"
 
 namespace walker::walker2d {
 
-const Kernel kernel_sse2{"sse2", 2, kernel::step_worlds<2>, kernel::step_worlds<1>,
-                         kernel::start_world};
+const mujoco::kernel::Kernel kernel_sse2{"sse2", 2, mujoco::kernel::walker2d::step_worlds<2>,
+                                         mujoco::kernel::walker2d::step_worlds<1>,
+                                         mujoco::kernel::walker2d::start_world};
 
 }  // namespace walker::walker2d

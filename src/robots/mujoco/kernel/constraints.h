@@ -1,24 +1,33 @@
 // Joint limits and contacts of capsules with the floor, as the solver's constraint rows
 // (engine_core_constraint.c and engine_collision_primitive.c of MuJoCo 2.2.2; see smooth.h).
 //
-// Each lane has its own rows. Its contacts fill the slots in order; those of the left leg start at
-// slot num_right in every lane. A limit or slot that a lane does not have is a row of zeros in it,
-// which adds exact zeros to every sum. A contact has four rows, normal +- friction times each
-// tangent. The second tangent is perpendicular to the plane of motion, so rows 2 and 3 are equal:
-// they are computed once and counted twice.
+// Each lane has its own rows. Its contacts fill the slots in order; those of the left leg, if there
+// is one, start at slot num_right in every lane. A limit or slot that a lane does not have is a row
+// of zeros in it, which adds exact zeros to every sum. A contact has four rows, normal +- friction
+// times each tangent. The second tangent is perpendicular to the plane of motion, so rows 2 and 3
+// are equal: they are computed once and counted twice. Contacts between limbs have no rows
+// (limb_contacts.h).
 #pragma once
 
-#include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/kernel/smooth.h"
+#include "robots/mujoco/kernel/kernel.h"
+#include "robots/mujoco/kernel/smooth.h"
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kLimits = model::njnt - 3;  ///< joints with limits
 constexpr int kFirstLimited = 3;
 constexpr int kEnds = 2 * kLimbs;  ///< ends of capsules, where contacts are
-constexpr int kFirstEndOfLeft = 8;
-constexpr int kRows = 3;  ///< distinct rows of a contact
+constexpr int kRows = 3;           ///< distinct rows of a contact
+
+/// The left leg's first limb, the trunk's second child; kLimbs if there is one leg.
+constexpr int kFirstLeftLimb = [] {
+  int limb = 2;  // the first are the trunk and its first child
+  while (limb < kLimbs && model::body_parentid[limb + 1] != 1) ++limb;
+  return limb;
+}();
+constexpr bool kHasLeftLeg = kFirstLeftLimb < kLimbs;
+constexpr int kFirstLeftDof = kFirstLeftLimb + 2;
 
 /// Limits and contacts of all lanes.
 template <int W>
@@ -62,14 +71,16 @@ struct Rows {
   WALKER_SIM_INLINE void for_each_slot(const Function& function) {
     int k = 0;
     for (; k < num_right; ++k) function(std::integral_constant<int, 0>{}, slots[k]);
-    for (; k < num_slots; ++k) function(std::integral_constant<int, 1>{}, slots[k]);
+    if constexpr (kHasLeftLeg) {
+      for (; k < num_slots; ++k) function(std::integral_constant<int, 1>{}, slots[k]);
+    }
   }
 };
 
 /// Whether an element of a Jacobian may be non-zero. Only the trunk's joints and those of the
 /// slot's leg move a contact, and row 2 does not depend on the slide along x.
 constexpr bool has_column(int side, int row, int dof) {
-  return (row < 2 || dof > 0) && (dof < 3 || (dof < 6) == (side == 0));
+  return (row < 2 || dof > 0) && (dof < 3 || (dof < kFirstLeftDof) == (side == 0));
 }
 
 template <int Side, int Row, typename V>
@@ -90,13 +101,24 @@ WALKER_SIM_INLINE inline V row_times(const V (&jacobian)[kRows][model::nv], cons
   return dot<model::nv>(row, vector);
 }
 
-// getsolparam and getimpedance. All limits and pairs of the model have the same parameters;
-// `unsupported_reason` checks this.
-constexpr const double* kSolref = model::jnt_solref[kFirstLimited];
-constexpr const double* kSolimp = model::jnt_solimp[kFirstLimited];
-constexpr double kStiffness =
-    1 / (kSolimp[1] * kSolimp[1] * kSolref[0] * kSolref[0] * kSolref[1] * kSolref[1]);
-constexpr double kDamping = 2 / (kSolimp[1] * kSolref[0]);
+/// getsolparam: parameters of all limits.
+struct Limits {
+  static constexpr const double* kSolref = model::jnt_solref[kFirstLimited];
+  static constexpr const double* kSolimp = model::jnt_solimp[kFirstLimited];
+};
+
+/// getsolparam: parameters of all contacts with the floor.
+struct Contacts {
+  static constexpr const double* kSolref = model::pair_solref[0];
+  static constexpr const double* kSolimp = model::pair_solimp[0];
+  static constexpr double kMargin = model::pair_margin[0];
+};
+
+template <typename Of>
+constexpr double kStiffness = 1 / (Of::kSolimp[1] * Of::kSolimp[1] * Of::kSolref[0] *
+                                   Of::kSolref[0] * Of::kSolref[1] * Of::kSolref[1]);
+template <typename Of>
+constexpr double kDamping = 2 / (Of::kSolimp[1] * Of::kSolref[0]);
 
 /// Calls the C library's pow. GCC would fold pow(x, 2.0) to x * x, which differs from the library's
 /// result for one x in a thousand, so the exponent is hidden from it.
@@ -110,7 +132,9 @@ inline double library_pow(double x, double exponent) {
 }
 
 /// Impedance for x between 0 and 1, where x is the violation in units of the width.
+template <typename Of>
 inline double impedance_within(double x) {
+  constexpr const double* kSolimp = Of::kSolimp;
   constexpr double kMiddle = kSolimp[3];
   constexpr double kPower = kSolimp[4];
   double y = 0;
@@ -122,14 +146,17 @@ inline double impedance_within(double x) {
   return kSolimp[0] + y * (kSolimp[1] - kSolimp[0]);
 }
 
-template <int W>
+/// getimpedance.
+template <typename Of, int W>
 WALKER_SIM_INLINE inline Vector<W> impedance(Vector<W> distance, Mask<W> wanted) {
   using V = Vector<W>;
+  constexpr const double* kSolimp = Of::kSolimp;
+  if constexpr (kSolimp[0] == kSolimp[1]) return 0.5 * (kSolimp[0] + kSolimp[1]);
   const V x = abs(distance / V(kSolimp[2]));
   V result = kSolimp[1];
   for (unsigned lanes = to_bits(wanted & (x < V(1.0))); lanes != 0; lanes &= lanes - 1) {
     const int lane = __builtin_ctz(lanes);
-    result.set(lane, x[lane] > 0 ? impedance_within(x[lane]) : kSolimp[0]);
+    result.set(lane, x[lane] > 0 ? impedance_within<Of>(x[lane]) : kSolimp[0]);
   }
   return result;
 }
@@ -150,15 +177,15 @@ WALKER_SIM_INLINE inline void find_limits(const ModelValues<Vector<W>>& values,
     if (!any(is_beyond)) return;
     auto& limit = rows.limits[rows.num_limits++];
     const V distance = select(is_low, above_low, below_high);
-    const V share = impedance(distance, is_beyond);
+    const V share = impedance<Limits>(distance, is_beyond);
     const V R = (V(1.0) - share) * values.limit_weight[i] / share;
     limit.dof = joint;
     limit.lanes = to_bits(is_beyond);
     limit.D = V(1.0) / select(R < V(kMinimum), V(kMinimum), R);
     limit.jacobian = select(is_low, V(1.0), select(is_beyond, V(-1.0), zero));
     const V speed = limit.jacobian * qvel[joint];
-    limit.reference =
-        select(is_beyond, -V(kDamping) * speed - V(kStiffness) * share * distance, zero);
+    limit.reference = select(
+        is_beyond, -V(kDamping<Limits>) * speed - V(kStiffness<Limits>) * share * distance, zero);
     rows.has_any = rows.has_any | is_beyond;
   });
 }
@@ -191,18 +218,24 @@ WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth,
   using V = Vector<W>;
   unsigned any_touching = 0;
   unrolled<kLimbs>([&](auto limb) WALKER_SIM_INLINE {
-    const Mask<W> is_far = smooth.centre_z[limb] > V(model::geom_rbound[limb + 1]);
+    constexpr double reach = Contacts::kMargin + model::geom_rbound[limb + 1];
+    const Mask<W> is_far = smooth.centre_z[limb] > V(reach);
     unrolled<2>([&](auto side) WALKER_SIM_INLINE {
       constexpr int end = 2 * limb + side;
       const V depth = smooth.end_z[end] - V(model::geom_size[limb + 1][0]);
-      rows.touching[end] = to_bits(~is_far & (depth < V(0.0)));
+      Mask<W> is_below = depth < V(Contacts::kMargin);
+      if constexpr (Contacts::kMargin != 0) {  // rounding may decide MuJoCo's two tests differently
+        is_below =
+            is_below & ~(smooth.end_z[end] > V(Contacts::kMargin + model::geom_size[limb + 1][0]));
+      }
+      rows.touching[end] = to_bits(~is_far & is_below);
       any_touching |= rows.touching[end];
     });
   });
   if (any_touching == 0) return;
   int count[W] = {};
   for (int end = 0; end < kEnds; ++end) {
-    if (end == kFirstEndOfLeft) {  // the left leg's contacts come last
+    if (end == 2 * kFirstLeftLimb) {  // the left leg's contacts come last
       rows.num_right = rows.num_slots;
       for (int& slots : count) slots = rows.num_slots;
     }
@@ -228,6 +261,7 @@ WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth,
       }
     }
   }
+  if constexpr (!kHasLeftLeg) rows.num_right = rows.num_slots;
 }
 
 /// mj_instantiateContact, mj_makeImpedance, mj_referenceConstraint.
@@ -260,14 +294,15 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
       slot.jacobian[2][dof] = select(moves, along_z, zero);
     }
   });
-  const V share = impedance(distance, is_there);
+  const V violation = distance - V(Contacts::kMargin);
+  const V share = impedance<Contacts>(violation, is_there);
   V R = (V(1.0) - share) * touch.diagonal / share;
   R = select(R < V(kMinimum), V(kMinimum), R);
   slot.D = V(1.0) / (V(2.0) * touch.friction * touch.friction * R);
-  const V spring = V(kStiffness) * share * distance;
+  const V spring = V(kStiffness<Contacts>) * share * violation;
   unrolled<kRows>([&](auto row) WALKER_SIM_INLINE {
     const V speed = row_times<Side, row>(slot.jacobian, qvel);
-    slot.reference[row] = select(is_there, -V(kDamping) * speed - spring, zero);
+    slot.reference[row] = select(is_there, -V(kDamping<Contacts>) * speed - spring, zero);
   });
 }
 
@@ -306,4 +341,4 @@ inline unsigned pattern(const Rows<W>& rows, int lane) {
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -1,12 +1,14 @@
 // The line search stops after as many evaluations as MuJoCo's. Walks do not reach this limit.
+#define WALKER_SIM_ROBOT walker2d
+#define WALKER_SIM_MODEL_CONSTANTS "robots/walker2d/model_constants.h"
 #define WALKER_SIM_INSTRUCTION_SET tested
-#include "robots/walker2d/kernel/line_search.h"
+#include "robots/mujoco/kernel/line_search.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::walker2d {
 namespace {
 
 constexpr double kTolerance = 1e-9;
@@ -73,4 +75,4 @@ TEST(LineSearch, FindsTheMinimumBetweenTwoParabolas) {
 }
 
 }  // namespace
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::walker2d

@@ -1,4 +1,4 @@
-#include "robots/walker2d/kernel/run.h"
+#include "robots/mujoco/kernel/run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,18 +9,18 @@
 #include <sstream>
 #include <utility>
 
+#include "robots/hopper/kernel/kernel.h"
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/world_physics.h"
-#include "robots/walker2d/kernel/kernel_physics.h"
+#include "robots/walker2d/kernel/kernel.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
-namespace walker::walker2d {
+namespace walker::mujoco::kernel {
 namespace {
 
 constexpr std::size_t kWorlds = 61;  // prime, so that the last vector is never full
 constexpr int kFrames = 4;
-constexpr int kSize = World::kSize;
 
 using Random = std::mt19937_64;
 
@@ -29,93 +29,103 @@ double uniform(Random& random, double low, double high) {
 }
 
 struct Mode {
-  std::function<void(Random&, mjData&)> begin;
-  std::function<void(Random&, std::size_t world, mjData&)> drive;
-  std::function<bool(Random&, const mjData&)> ends;
+  std::function<void(const mjModel&, Random&, mjData&)> begin;
+  std::function<void(const mjModel&, Random&, std::size_t world, mjData&)> drive;
+  std::function<bool(const TestedRobot&, Random&, const mjData&)> ends;
 };
 
-void begin_near_standing(Random& random, mjData& data) {
-  for (int i = 0; i < kSize; ++i) {
+void begin_near_standing(const mjModel& model, Random& random, mjData& data) {
+  for (int i = 0; i < model.nv; ++i) {
     data.qpos[i] += uniform(random, -0.005, 0.005);
     data.qvel[i] = uniform(random, -0.005, 0.005);
   }
 }
 
-void begin_fast(Random& random, mjData& data) {
-  begin_near_standing(random, data);
-  for (int i = 0; i < kSize; ++i) {
+void begin_fast(const mjModel& model, Random& random, mjData& data) {
+  begin_near_standing(model, random, data);
+  for (int i = 0; i < model.nv; ++i) {
     if (i > 2) data.qpos[i] += uniform(random, -0.5, 0.5);
     data.qvel[i] = uniform(random, -10, 10);
   }
 }
 
 /// Denormal offsets and velocities; some velocities are -0, which a user may set as well.
-void begin_tiny(Random& random, mjData& data) {
-  for (int i = 0; i < kSize; ++i) {
+void begin_tiny(const mjModel& model, Random& random, mjData& data) {
+  for (int i = 0; i < model.nv; ++i) {
     data.qpos[i] += random() % 3 == 0 ? 0 : uniform(random, -1e-308, 1e-308);
     data.qvel[i] = random() % 3 == 0 ? -0.0 : uniform(random, -1e-308, 1e-308);
   }
 }
 
-void begin_anywhere(Random& random, double largest_power, mjData& data) {
+void begin_anywhere(const mjModel& model, Random& random, double largest_power, mjData& data) {
   const double speed = std::pow(10.0, uniform(random, -3.5, largest_power));
-  for (int i = 0; i < kSize; ++i) {
+  for (int i = 0; i < model.nv; ++i) {
     data.qpos[i] = i == 1 ? uniform(random, -1.25, 1.25) : uniform(random, -2, 2);
     data.qvel[i] = speed * uniform(random, -1, 1);
   }
 }
 
-void drive_randomly(Random& random, std::size_t /*world*/, mjData& data) {
-  std::generate_n(data.ctrl, World::kMotors, [&] { return uniform(random, -1, 1); });
+void drive_randomly(const mjModel& model, Random& random, std::size_t /*world*/, mjData& data) {
+  std::generate_n(data.ctrl, model.nu, [&] { return uniform(random, -1, 1); });
 }
 
-void drive_hard(Random& random, std::size_t /*world*/, mjData& data) {
-  std::generate_n(data.ctrl, World::kMotors, [&] {
+void drive_hard(const mjModel& model, Random& random, std::size_t /*world*/, mjData& data) {
+  std::generate_n(data.ctrl, model.nu, [&] {
     const double sign = random() % 2 == 0 ? 1.5 : -1.5;
     return random() % 3 == 0 ? sign * uniform(random, -1, 1) : sign;
   });
 }
 
-void drive_symmetrically(Random& random, std::size_t world, mjData& data) {
+void drive_symmetrically(const mjModel& model, Random& random, std::size_t world, mjData& data) {
   for (int motor = 0; motor < 3; ++motor) {
     const double control = world % 2 == 0 ? static_cast<double>(random() % 3) - 1 : 0;
-    data.ctrl[motor] = data.ctrl[motor + 3] = control;
+    for (int leg = 0; leg < model.nu; leg += 3) data.ctrl[leg + motor] = control;
   }
 }
 
 /// Adds some noise, because otherwise all worlds would walk alike.
-void drive_by_gait(Random& random, std::size_t /*world*/, mjData& data) {
-  static const auto kEnvironment = make("Walker2d-v5");
-  static const auto kGait = make_agent("heuristic", kEnvironment->specification(), 0);
-  std::vector<double> observation(data.qpos + 1, data.qpos + kSize);
-  std::transform(data.qvel, data.qvel + kSize, std::back_inserter(observation),
+void drive_by_gait(const mjModel& model, Random& random, std::size_t /*world*/, mjData& data) {
+  static std::map<int, std::unique_ptr<Agent>> gaits;  // by number of motors
+  std::unique_ptr<Agent>& gait = gaits[model.nu];
+  if (!gait) {
+    const auto environment = make(model.nu == 3 ? "Hopper-v5" : "Walker2d-v5");
+    gait = make_agent("heuristic", environment->specification(), 0);
+  }
+  std::vector<double> observation(data.qpos + 1, data.qpos + model.nq);
+  std::transform(data.qvel, data.qvel + model.nv, std::back_inserter(observation),
                  [](double speed) { return std::clamp(speed, -10.0, 10.0); });
-  const std::vector<double>& action = kGait->act(observation);
+  const std::vector<double>& action = gait->act(observation);
   std::transform(action.begin(), action.end(), data.ctrl, [&](double control) {
     return static_cast<float>(control + uniform(random, -0.05, 0.05));
   });
 }
 
-bool ends_by_fall(Random& random, const mjData& data) {
+bool ends_by_fall(const TestedRobot& robot, Random& random, const mjData& data) {
   const double z = data.qpos[1];
-  const double angle = data.qpos[2];
-  return !(z > 0.8 && z < 2 && angle > -1 && angle < 1) || random() % 1000 == 0;
+  const bool stands = z > robot.lowest && z < 2 && std::abs(data.qpos[2]) < robot.largest_pitch;
+  return !stands || random() % 1000 == 0;
 }
 
-bool ends_rarely(Random& random, const mjData& /*data*/) { return random() % 400 == 0; }
+bool ends_rarely(const TestedRobot& /*robot*/, Random& random, const mjData& /*data*/) {
+  return random() % 400 == 0;
+}
 
-bool ends_at_once(Random& /*random*/, const mjData& /*data*/) { return true; }
+bool ends_at_once(const TestedRobot& /*robot*/, Random& /*random*/, const mjData& /*data*/) {
+  return true;
+}
 
 const std::map<std::string, Mode>& all_modes() {
-  const auto begin_wildly = [](Random& random, mjData& data) { begin_anywhere(random, 3.5, data); };
-  const auto begin_extremely = [](Random& random, mjData& data) {
-    begin_anywhere(random, 10.5, data);
+  const auto begin_wildly = [](const mjModel& model, Random& random, mjData& data) {
+    begin_anywhere(model, random, 3.5, data);
+  };
+  const auto begin_extremely = [](const mjModel& model, Random& random, mjData& data) {
+    begin_anywhere(model, random, 10.5, data);
   };
   static const std::map<std::string, Mode> kModes{
       {"random", {begin_near_standing, drive_randomly, ends_by_fall}},
       {"violent", {begin_fast, drive_hard, ends_by_fall}},
       {"endless", {begin_fast, drive_hard, ends_rarely}},
-      {"rest", {[](Random&, mjData&) {}, drive_symmetrically, ends_rarely}},
+      {"rest", {[](const mjModel&, Random&, mjData&) {}, drive_symmetrically, ends_rarely}},
       {"tiny", {begin_tiny, drive_symmetrically, ends_rarely}},
       {"wild", {begin_wildly, drive_hard, ends_at_once}},
       {"extreme", {begin_extremely, drive_hard, ends_at_once}},
@@ -125,15 +135,16 @@ const std::map<std::string, Mode>& all_modes() {
 }
 
 /// Draws a world with some of the parameters; half of their values are limits.
-WorldValues draw_world(Random& random) {
-  static const std::vector<WorldParameter> kParameters =
-      find_registration("Walker2d-v5").world_parameters;
+WorldValues draw_world(const TestedRobot& robot, Random& random) {
   WorldValues values;
-  for (const WorldParameter& parameter : kParameters) {
+  for (const WorldParameter& parameter : find_registration(robot.name + "-v5").world_parameters) {
     if (random() % 3 == 0) continue;
     const auto [low, high] = std::pair(parameter.minimum, parameter.maximum);
-    values[parameter.name] =
-        random() % 2 == 0 ? uniform(random, low, high) : (random() % 2 == 0 ? low : high);
+    if (random() % 2 == 0) {
+      values[parameter.name] = uniform(random, low, high);
+    } else {
+      values[parameter.name] = random() % 2 == 0 ? low : high;
+    }
   }
   return values;
 }
@@ -158,7 +169,8 @@ class Run {
  public:
   Run(const std::vector<Contestant>& all, const std::string& xml_file, const Mode& mode,
       Worlds worlds)
-      : models_(mujoco::load_model(xml_file)),
+      : robot_(robot_of(xml_file)),
+        models_(load_model(xml_file)),
         model_of_(kWorlds, models_.base()),
         values_of_(kWorlds, values_of(*models_.base())),
         mode_(mode),
@@ -167,7 +179,7 @@ class Run {
       sides_.push_back(std::make_unique<Side>(contestant));
     }
     for (std::size_t i = 0; i < kWorlds; ++i) {
-      data_.push_back(mujoco::make_data(*models_.base()));
+      data_.push_back(make_data(*models_.base()));
       begin(i);
     }
   }
@@ -189,13 +201,13 @@ class Run {
   void begin(std::size_t i) {
     mjData& data = *data_[i];
     if (worlds_ == Worlds::altered) {
-      model_of_[i] = models_.model_of(mujoco::physics_of(draw_world(random_)));
+      model_of_[i] = models_.model_of(physics_of(draw_world(robot_, random_)));
       values_of_[i] = values_of(*model_of_[i]);
     }
     mj_resetData(model_of_[i].get(), &data);
-    mode_.begin(random_, data);
+    mode_.begin(*model_of_[i], random_, data);
     for (const auto& side : sides_) {
-      read_state(data, side->worlds[i]);
+      read_state(*model_of_[i], data, side->worlds[i]);
       side->worlds[i].values = &values_of_[i];
       side->contestant.kernel->start(side->worlds[i]);
     }
@@ -205,14 +217,14 @@ class Run {
 
   void drive(std::size_t i) {
     mjData& data = *data_[i];
-    mode_.drive(random_, i, data);
+    mode_.drive(*model_of_[i], random_, i, data);
     const bool has_push = worlds_ == Worlds::altered && random_() % 4 == 0;
     for (int k = 0; k < 2; ++k) data.qfrc_applied[k] = has_push ? uniform(random_, -2e4, 2e4) : 0;
     for (const auto& side : sides_) {
       World& world = side->worlds[i];
       std::copy_n(data.qfrc_applied, 2, world.push.begin());
-      for (int motor = 0; motor < static_cast<int>(World::kMotors); ++motor) {
-        const double gear = mujoco::at(model_of_[i]->actuator_gear, motor, 6)[0];
+      for (int motor = 0; motor < model_of_[i]->nu; ++motor) {
+        const double gear = at(model_of_[i]->actuator_gear, motor, 6)[0];
         world.torque[motor] = gear * std::clamp(data.ctrl[motor], -1.0, 1.0);
       }
     }
@@ -221,16 +233,20 @@ class Run {
   void step(std::size_t i) {
     mjData& data = *data_[i];
     const mjModel* const model = model_of_[i].get();
+    bool limbs_touch = false;
     for (int frame = 0; frame < kFrames; ++frame) {
       mj_step(model, &data);
       report_.most_contacts = std::max(report_.most_contacts, data.ncon);
+      limbs_touch |= std::any_of(data.contact, data.contact + data.ncon,
+                                 [](const mjContact& contact) { return contact.geom1 != 0; });
     }
+    report_.steps_with_limb_contacts += limbs_touch ? 1 : 0;
     // LibraryPhysics also checks after the last step.
     mj_checkPos(model, &data);
     mj_checkVel(model, &data);
     compare("step", i);
     report_.warnings += has_warned(data) ? 1 : 0;
-    if (has_warned(data) || mode_.ends(random_, data)) begin(i);
+    if (has_warned(data) || mode_.ends(robot_, random_, data)) begin(i);
   }
 
   void compare(const char* what, std::size_t i) {
@@ -242,12 +258,12 @@ class Run {
         ++tally.flagged;
       } else if (has_warned(data)) {
         ++tally.missed;
-      } else if (!has_state(world, data)) {
+      } else if (!has_state(*model_of_[i], world, data)) {
         if (tally.different++ == 0) tally.first_different = describe(what, world, data);
       } else {
         continue;
       }
-      read_state(data, world);
+      read_state(*model_of_[i], data, world);
     }
   }
 
@@ -255,29 +271,40 @@ class Run {
     std::ostringstream text;
     text << what << " after " << report_.steps << ", " << data.ncon << " contacts, " << data.nefc
          << " rows:" << std::hexfloat;
-    for (int k = 0; k < kSize; ++k) {
+    for (int k = 0; k < models_.base()->nv; ++k) {
       text << "\n  " << world.position[k] << " " << data.qpos[k] << "  " << world.velocity[k] << " "
            << data.qvel[k] << "  " << world.warm_start[k] << " " << data.qacc_warmstart[k];
     }
     return text.str();
   }
 
-  mujoco::WorldModels models_;
-  std::vector<mujoco::ModelPointer> model_of_;  // per world
+  const TestedRobot& robot_;
+  WorldModels models_;
+  std::vector<ModelPointer> model_of_;          // per world
   std::vector<ModelValues<double>> values_of_;  // per world
   const Mode& mode_;
   Worlds worlds_;
   Random random_{11};
   std::vector<std::unique_ptr<Side>> sides_;
-  std::vector<mujoco::DataPointer> data_;
+  std::vector<DataPointer> data_;
   Report report_;
 };
 
 }  // namespace
 
-std::vector<Contestant> contestants() {
+const std::vector<TestedRobot>& robots() {
+  static const std::vector<TestedRobot> kRobots{{"Hopper", hopper::kernels(), 0.7, 0.2, true},
+                                                {"Walker2d", walker2d::kernels(), 0.8, 1, false}};
+  return kRobots;
+}
+
+const TestedRobot& robot_of(const std::string& xml_file) {
+  return robots().at(xml_file.rfind("hopper", 0) == 0 ? 0 : 1);
+}
+
+std::vector<Contestant> contestants(const TestedRobot& robot) {
   std::vector<Contestant> all;
-  for (const Kernel* kernel : kernels()) {
+  for (const Kernel* kernel : robot.kernels.usable) {
     const std::string name = kernel->instruction_set;
     all.push_back({name, kernel, kernel->step});
     all.push_back({name + ", one world at a time", kernel, kernel->step_singly});
@@ -299,4 +326,4 @@ Report run(const std::vector<Contestant>& contestants, const std::string& xml_fi
   return Run(contestants, xml_file, all_modes().at(mode), worlds).run(steps);
 }
 
-}  // namespace walker::walker2d
+}  // namespace walker::mujoco::kernel

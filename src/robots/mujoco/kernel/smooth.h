@@ -8,10 +8,10 @@
 // the Apache License 2.0 (NOTICE); the functions that a part restates are named beside it.
 #pragma once
 
-#include "robots/walker2d/kernel/algebra.h"
+#include "robots/mujoco/kernel/algebra.h"
 #include "simd/vector.h"
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 /// Results that later stages read.
@@ -313,4 +313,4 @@ auto smooth(const ModelValues<V>& values, const V* qpos, const V* qvel, const V*
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -2,9 +2,9 @@
 // (engine_solver.c of MuJoCo 2.2.2; see smooth.h).
 #pragma once
 
-#include "robots/walker2d/kernel/algebra.h"
+#include "robots/mujoco/kernel/algebra.h"
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kMaxEvaluations = 50;  ///< mjMAXLSITER of 2.2.2
@@ -122,4 +122,4 @@ double search_on(const Evaluate& evaluate, const Point<double>& start, const Poi
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -1,4 +1,5 @@
-// Writes the constants of a compiled model as a C++ header: generate_constants MODEL.xml HEADER.h
+// Writes the constants of a robot's compiled model as a C++ header:
+// generate_constants MODEL.xml ROBOT HEADER.h
 #include <mujoco/mujoco.h>
 
 #include <array>
@@ -8,7 +9,7 @@
 #include <iostream>
 #include <string>
 
-#include "robots/walker2d/kernel/model_fields.h"
+#include "robots/mujoco/kernel/model_fields.h"
 
 namespace {
 
@@ -37,10 +38,12 @@ void write_array(std::ostream& header, const char* type, const char* name, const
   header << "};\n";
 }
 
-void write(const mjModel& model, const std::string& source, std::ostream& header) {
+void write(const mjModel& model, const std::string& source, const std::string& robot,
+           std::ostream& header) {
+  const std::string space = "walker::mujoco::kernel::" + robot + "::model";
   header << "// Of " << source << ", as MuJoCo " << mj_versionString()
          << " compiles it; generated. The names are mjModel's.\n#pragma once\n\n"
-         << "namespace walker::walker2d::model {\n\n";
+         << "namespace " << space << " {\n\n";
 #define WRITE_COUNT(name) header << "inline constexpr int " #name " = " << model.name << ";\n";
   WALKER_SIM_MODEL_COUNTS(WRITE_COUNT)
   WALKER_SIM_MODEL_BUFFERS(WRITE_COUNT)
@@ -53,14 +56,14 @@ void write(const mjModel& model, const std::string& source, std::ostream& header
 #define WRITE_ARRAY(type, name, rows, columns) \
   write_array<type>(header, #type, #name, model.name, model.rows, columns);
   WALKER_SIM_MODEL_ARRAYS(WRITE_ARRAY)
-  header << "\n}  // namespace walker::walker2d::model\n";
+  header << "\n}  // namespace " << space << '\n';
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 3) {
-    std::cerr << "usage: generate_constants MODEL.xml HEADER.h\n";
+  if (count != 4) {
+    std::cerr << "usage: generate_constants MODEL.xml ROBOT HEADER.h\n";
     return EXIT_FAILURE;
   }
   std::array<char, 1000> message{};
@@ -70,12 +73,12 @@ int main(int count, char** arguments) {
     std::cerr << file << ": " << message.data() << '\n';
     return EXIT_FAILURE;
   }
-  std::ofstream header(arguments[2]);
-  write(*model, file.substr(file.rfind('/') + 1), header);
+  std::ofstream header(arguments[3]);
+  write(*model, file.substr(file.rfind('/') + 1), arguments[2], header);
   mj_deleteModel(model);
   header.close();
   if (!header) {
-    std::cerr << arguments[2] << ": could not be written\n";
+    std::cerr << arguments[3] << ": could not be written\n";
     return EXIT_FAILURE;
   }
 }

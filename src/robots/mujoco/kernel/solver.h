@@ -4,18 +4,19 @@
 // one of five, the search continues lane by lane.
 #pragma once
 
-#include "robots/walker2d/kernel/constraints.h"
-#include "robots/walker2d/kernel/line_search.h"
+#include "robots/mujoco/kernel/constraints.h"
+#include "robots/mujoco/kernel/line_search.h"
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kMaxIterations = model::opt_iterations;
 constexpr double kTolerance = model::opt_tolerance;
 constexpr double kLineSearchTolerance = 0.01;
 
+// There is one at a time, on the stack, so its padding does not matter.
 template <int W>
-class Solver {
+class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
  public:
   using V = Vector<W>;
 
@@ -360,4 +361,4 @@ class Solver {
 };
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -5,11 +5,11 @@
 
 #include <cmath>
 
-#include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/model_constants.h"
+#include "robots/mujoco/kernel/kernel.h"
+#include WALKER_SIM_MODEL_CONSTANTS
 #include "simd/vector.h"
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 using simd::abs;
@@ -319,4 +319,4 @@ WALKER_SIM_INLINE inline Mask<W> update_factor(Vector<W>* H, Vector<W>* x, Vecto
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -1,5 +1,5 @@
 // A walker stepped by the kernel against one stepped by the library, in all observable values.
-#include "robots/walker2d/kernel/kernel_physics.h"
+#include "robots/mujoco/kernel/kernel_physics.h"
 
 #include <gtest/gtest.h>
 
@@ -11,20 +11,18 @@
 
 #include "error_message.h"
 #include "kernel_variable.h"
+#include "robots/mujoco/kernel/run.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/world_physics.h"
-#include "robots/walker2d/kernel/kernel.h"
 #include "saved_states.h"
 #include "walker_sim/agent.h"
 
-namespace walker::walker2d {
+namespace walker::mujoco::kernel {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kSize = 9;
-constexpr int kMotors = 6;
 
 using State = std::vector<double>;
 
@@ -78,10 +76,11 @@ void compare(const char* id, const Parameters& parameters, int episodes, int ste
 class EnvironmentTest : public testing::TestWithParam<const char*> {
  protected:
   std::mt19937_64 random_{5};
+  std::size_t num_motors_ = make(GetParam())->specification().action_low.size();
 
   State any_action(double largest) {
     std::uniform_real_distribution<double> unit(-largest, largest);
-    State action(kMotors);
+    State action(num_motors_);
     for (double& value : action) value = double{static_cast<float>(unit(random_))};
     return action;
   }
@@ -126,21 +125,24 @@ TEST_P(EnvironmentTest, WildStartsAreTheSame) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Walkers, EnvironmentTest, testing::Values("Walker2d-v4", "Walker2d-v5"));
+INSTANTIATE_TEST_SUITE_P(Walkers, EnvironmentTest,
+                         testing::Values("Hopper-v4", "Hopper-v5", "Walker2d-v4", "Walker2d-v5"));
 
 TEST(KernelEnvironmentTest, OtherFrameSkipsAreTheSame) {
-  for (const std::int64_t frames : {1, 3, 17}) {
-    compare("Walker2d-v5", {{"frame_skip", frames}}, 4, 60,
-            [](const Stepper&) { return State(kMotors, 0.5); });
+  for (const auto& [id, num_motors] : {std::pair("Hopper-v5", 3U), {"Walker2d-v5", 6U}}) {
+    for (const std::int64_t frames : {1, 3, 17}) {
+      compare(id, {{"frame_skip", frames}}, 4, 60,
+              [num = num_motors](const Stepper&) { return State(num, 0.5); });
+    }
   }
 }
 
-class KernelPhysicsTest : public testing::Test {
+class KernelPhysicsTest : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
     const KernelVariable variable(nullptr);
-    kernel_ = make_kernel_physics(model_);
-    library_ = std::make_unique<mujoco::LibraryPhysics>(model_);
+    kernel_ = make_physics(robot_of(GetParam()).kernels, model_);
+    library_ = std::make_unique<LibraryPhysics>(model_);
     ASSERT_EQ(kernel_->stepper().rfind("the kernel for ", 0), 0U) << kernel_->stepper();
   }
 
@@ -151,8 +153,8 @@ class KernelPhysicsTest : public testing::Test {
   }
 
   /// @return message of the exception that both threw, or "nothing thrown"
-  std::string step(const State& control, const mujoco::TrunkForce& force = {}) {
-    const auto words = [&](mujoco::Physics& physics) {
+  std::string step(const State& control, const TrunkForce& force = {}) {
+    const auto words = [&](Physics& physics) {
       return message_of<std::runtime_error>([&] { physics.step(control.data(), force, 4); });
     };
     const std::string message = words(*kernel_);
@@ -162,53 +164,55 @@ class KernelPhysicsTest : public testing::Test {
   }
 
   void expect_same_state() const {
-    for (int i = 0; i < kSize; ++i) {
+    for (int i = 0; i < size_; ++i) {
       ASSERT_EQ(to_bits(kernel_->position()[i]), to_bits(library_->position()[i])) << i;
       ASSERT_EQ(to_bits(kernel_->velocity()[i]), to_bits(library_->velocity()[i])) << i;
     }
   }
 
-  mujoco::ModelPointer model_ = mujoco::load_model("walker2d_v5.xml");
-  State standing_{model_->qpos0, model_->qpos0 + kSize};
-  std::unique_ptr<mujoco::Physics> kernel_;
-  std::unique_ptr<mujoco::Physics> library_;
+  ModelPointer model_ = load_model(GetParam() + "_v5.xml");
+  int size_ = model_->nv;
+  int num_motors_ = model_->nu;
+  State standing_{model_->qpos0, model_->qpos0 + size_};
+  std::unique_ptr<Physics> kernel_;
+  std::unique_ptr<Physics> library_;
 };
 
-TEST_F(KernelPhysicsTest, KeepsNegativeZeros) {
+TEST_P(KernelPhysicsTest, KeepsNegativeZeros) {
   State position = standing_;
-  for (const std::size_t i : {0U, 2U, 4U, 8U}) position[i] = -0.0;
-  reset(position, State(kSize, -0.0));
-  for (int i = 0; i < 100; ++i) step(State(kMotors, i % 2 == 0 ? 0.0 : -0.0));
+  for (const std::size_t i : {0U, 2U, 4U}) position[i] = -0.0;
+  reset(position, State(size_, -0.0));
+  for (int i = 0; i < 100; ++i) step(State(num_motors_, i % 2 == 0 ? 0.0 : -0.0));
 }
 
-TEST_F(KernelPhysicsTest, KeepsDenormals) {
-  reset(standing_, State(kSize, 5e-324));
-  for (int i = 0; i < 100; ++i) step(State(kMotors, -1e-310));
+TEST_P(KernelPhysicsTest, KeepsDenormals) {
+  reset(standing_, State(size_, 5e-324));
+  for (int i = 0; i < 100; ++i) step(State(num_motors_, -1e-310));
 }
 
 /// A control beyond 1e10 leaves a step to the library.
-TEST_F(KernelPhysicsTest, PushesInStepsOfTheLibrary) {
-  reset(standing_, State(kSize, 0.1));
+TEST_P(KernelPhysicsTest, PushesInStepsOfTheLibrary) {
+  reset(standing_, State(size_, 0.1));
   for (int i = 0; i < 20; ++i) {
-    step(State(kMotors, i % 2 == 0 ? 1e11 : 0.1), {i % 3 == 0 ? 300.0 : 0.0, i % 5 * 100.0});
+    step(State(num_motors_, i % 2 == 0 ? 1e11 : 0.1), {i % 3 == 0 ? 300.0 : 0.0, i % 5 * 100.0});
   }
 }
 
 /// The library makes the steps of a symmetric walker, whose velocities are zero.
-TEST_F(KernelPhysicsTest, PushesAWalkerAtRest) {
-  for (const mujoco::TrunkForce& force : {mujoco::TrunkForce{500, 0}, {0, 500}, {-1e9, 1e12}}) {
-    reset(standing_, State(kSize, 0));
+TEST_P(KernelPhysicsTest, PushesAWalkerAtRest) {
+  for (const TrunkForce& force : {TrunkForce{500, 0}, {0, 500}, {-1e9, 1e12}}) {
+    reset(standing_, State(size_, 0));
     std::string message = "nothing thrown";
     for (int i = 0; i < 20 && message == "nothing thrown"; ++i) {
-      message = step(State(kMotors, 0), i == 5 ? force : mujoco::TrunkForce{});
+      message = step(State(num_motors_, 0), i == 5 ? force : TrunkForce{});
     }
     EXPECT_EQ(message == "nothing thrown", force[1] < 1e3) << message;
   }
 }
 
 /// Also from one world to another in the middle of an episode, as when a state is loaded.
-TEST_F(KernelPhysicsTest, StepsEveryWorldsModelAsTheLibrary) {
-  mujoco::WorldModels models(model_);
+TEST_P(KernelPhysicsTest, StepsEveryWorldsModelAsTheLibrary) {
+  WorldModels models(model_);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::mt19937_64 random(1);
   for (const WorldValues& world : std::vector<WorldValues>{{{"gravity", 0}},
@@ -217,13 +221,13 @@ TEST_F(KernelPhysicsTest, StepsEveryWorldsModelAsTheLibrary) {
                                                            {},
                                                            {{"motor_strength", 2}},
                                                            {{"joint_damping", 3}}}) {
-    const mujoco::ModelPointer model = models.model_of(mujoco::physics_of(world));
+    const ModelPointer model = models.model_of(physics_of(world));
     kernel_->set_model(model);
     library_->set_model(model);
     EXPECT_EQ(&kernel_->model(), model.get());
-    reset(standing_, State(kSize, 0.1));
+    reset(standing_, State(size_, 0.1));
     for (int i = 0; i < 200; ++i) {
-      State control(kMotors);
+      State control(num_motors_);
       for (double& value : control) value = unit(random);
       step(control, {i % 10 == 0 ? 1000 * unit(random) : 0, 0});
     }
@@ -231,51 +235,51 @@ TEST_F(KernelPhysicsTest, StepsEveryWorldsModelAsTheLibrary) {
 }
 
 /// MuJoCo clips large and infinite controls and warns of NaN. The next episode is unaffected.
-TEST_F(KernelPhysicsTest, RejectsTheControlsThatTheLibraryRejects) {
+TEST_P(KernelPhysicsTest, RejectsTheControlsThatTheLibraryRejects) {
   for (const double bad : {kInfinity, -kInfinity, 1e11, kNan}) {
-    reset(standing_, State(kSize, 0.1));
-    EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
-    State control(kMotors, 0.1);
-    control[4] = bad;
+    reset(standing_, State(size_, 0.1));
+    EXPECT_EQ(step(State(num_motors_, 0.1)), "nothing thrown");
+    State control(num_motors_, 0.1);
+    control.back() = bad;
     const bool is_refused = step(control).find("CTRL") != std::string::npos;
     EXPECT_EQ(is_refused, std::isnan(bad)) << bad;
   }
-  reset(standing_, State(kSize, 0.1));
-  EXPECT_EQ(step(State(kMotors, 1e9)), "nothing thrown");
+  reset(standing_, State(size_, 0.1));
+  EXPECT_EQ(step(State(num_motors_, 1e9)), "nothing thrown");
 }
 
-TEST_F(KernelPhysicsTest, RejectsTheStatesThatTheLibraryRejects) {
+TEST_P(KernelPhysicsTest, RejectsTheStatesThatTheLibraryRejects) {
   for (const double bad : {kNan, kInfinity, 2e10, 1e150}) {
-    for (int i = 0; i < kSize; ++i) {
+    for (int i = 0; i < size_; ++i) {
       State position = standing_;
       position[i] = bad;
-      reset(position, State(kSize, 0.1));
-      step(State(kMotors, 0.1));
-      State velocity(kSize, 0.1);
+      reset(position, State(size_, 0.1));
+      step(State(num_motors_, 0.1));
+      State velocity(size_, 0.1);
       velocity[i] = bad;
       reset(standing_, velocity);
-      step(State(kMotors, 0.1));
+      step(State(num_motors_, 0.1));
     }
   }
-  reset(standing_, State(kSize, 0.1));
-  EXPECT_EQ(step(State(kMotors, 0.1)), "nothing thrown");
+  reset(standing_, State(size_, 0.1));
+  EXPECT_EQ(step(State(num_motors_, 0.1)), "nothing thrown");
 }
 
-TEST_F(KernelPhysicsTest, MeasuresAsTheLibrary) {
-  reset(standing_, State(kSize, 0.5));
-  State control(kMotors, 0);
+TEST_P(KernelPhysicsTest, MeasuresAsTheLibrary) {
+  reset(standing_, State(size_, 0.5));
+  State control(num_motors_, 0);
   for (int i = 0; i < 300; ++i) {
-    for (int k = 0; k < kMotors; ++k) control[k] = std::sin(0.3 * i + k);
+    for (int k = 0; k < num_motors_; ++k) control[k] = std::sin(0.3 * i + k);
     step(control);
     State seen[2];
-    const mujoco::Physics* const both[] = {kernel_.get(), library_.get()};
+    const Physics* const both[] = {kernel_.get(), library_.get()};
     for (int side = 0; side < 2; ++side) {
       both[side]->measure([&](const mjData& data) {
         State& all = seen[side];
         all.assign(data.xpos, data.xpos + std::ptrdiff_t{3} * model_->nbody);
         all.insert(all.end(), data.xquat, data.xquat + std::ptrdiff_t{4} * model_->nbody);
         all.insert(all.end(), data.xaxis, data.xaxis + std::ptrdiff_t{3} * model_->njnt);
-        all.insert(all.end(), data.qfrc_actuator, data.qfrc_actuator + kSize);
+        all.insert(all.end(), data.qfrc_actuator, data.qfrc_actuator + size_);
         for (int k = 0; k < data.ncon; ++k) {
           all.push_back(data.contact[k].geom2);
           all.push_back(data.contact[k].dist);
@@ -287,33 +291,34 @@ TEST_F(KernelPhysicsTest, MeasuresAsTheLibrary) {
 }
 
 /// The kernel variable or the model file may change while environments are made.
-TEST(KernelPhysicsGroupTest, StepsOtherKindsOfWorldsApart) {
-  const mujoco::ModelPointer model = mujoco::load_model("walker2d_v5.xml");
-  const mujoco::ModelPointer other_model = mujoco::load_model("walker2d_v4.xml");
-  mujoco::WorldModels worlds(model);
+TEST_P(KernelPhysicsTest, StepsOtherKindsOfWorldsApart) {
+  const Kernels& kernels = robot_of(GetParam()).kernels;
+  const ModelPointer& model = model_;
+  const ModelPointer other_model = load_model(GetParam() + "_v4.xml");
+  WorldModels worlds(model);
   const auto make_by_each = [&] {
-    std::vector<std::unique_ptr<mujoco::Physics>> all;
-    for (const char* kernel : {"sse2", "off", kernels().front()->instruction_set}) {
+    std::vector<std::unique_ptr<Physics>> all;
+    for (const char* kernel : {"sse2", "off", kernels.usable.front()->instruction_set}) {
       const KernelVariable variable(kernel);
       for (const double mass_scale : {1.0, 1.0, 0.5, 2.0, 3.0}) {
-        all.push_back(make_kernel_physics(model));
-        all.back()->set_model(worlds.model_of(mujoco::physics_of({{"mass_scale", mass_scale}})));
+        all.push_back(make_physics(kernels, model));
+        all.back()->set_model(worlds.model_of(physics_of({{"mass_scale", mass_scale}})));
       }
-      all.push_back(make_kernel_physics(other_model));
+      all.push_back(make_physics(kernels, other_model));
     }
     return all;
   };
   const auto together = make_by_each();
   const auto apart = make_by_each();
-  const State velocity(kSize, 0.3);
+  const State velocity(size_, 0.3);
   for (const auto* all : {&together, &apart}) {
     for (const auto& physics : *all) physics->reset(model->qpos0, velocity.data());
   }
-  const State control(kMotors, 0.7);
-  std::vector<mujoco::PhysicsCall> calls(together.size());
+  const State control(num_motors_, 0.7);
+  std::vector<PhysicsCall> calls(together.size());
   for (int step = 0; step < 100; ++step) {
     const auto force_of = [step](std::size_t i) {
-      return mujoco::TrunkForce{(i + step) % 3 == 0 ? 200.0 : 0.0, 0};
+      return TrunkForce{(i + step) % 3 == 0 ? 200.0 : 0.0, 0};
     };
     for (std::size_t i = 0; i < calls.size(); ++i) {
       calls[i] = {together[i].get(), control.data(), force_of(i), {}};
@@ -322,12 +327,14 @@ TEST(KernelPhysicsGroupTest, StepsOtherKindsOfWorldsApart) {
     for (std::size_t i = 0; i < calls.size(); ++i) {
       ASSERT_FALSE(calls[i].failure);
       apart[i]->step(control.data(), force_of(i), 4);
-      for (int k = 0; k < kSize; ++k) {
+      for (int k = 0; k < size_; ++k) {
         ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
       }
     }
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Robots, KernelPhysicsTest, testing::Values("hopper", "walker2d"));
+
 }  // namespace
-}  // namespace walker::walker2d
+}  // namespace walker::mujoco::kernel

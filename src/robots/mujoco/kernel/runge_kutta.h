@@ -5,11 +5,12 @@
 #include <new>
 #include <type_traits>
 
-#include "robots/walker2d/kernel/kernel.h"
-#include "robots/walker2d/kernel/solver.h"
+#include "robots/mujoco/kernel/kernel.h"
+#include "robots/mujoco/kernel/limb_contacts.h"
+#include "robots/mujoco/kernel/solver.h"
 #include "simd/workspace.h"
 
-namespace walker::walker2d::kernel {
+namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 /// Number of groups that run a stage in turn, so that its code (10 to 25 kB) stays in the cache.
@@ -47,6 +48,11 @@ class Forward {
     for (int g = 0; g < count; ++g) {
       groups[g].flagged = groups[g].flagged |
                           smooth(groups[g].values, qpos[g], qvel[g], groups[g].force, smooth_[g]);
+    }
+    if constexpr (model::npair > kLimbs) {
+      for (int g = 0; g < count; ++g) {
+        groups[g].flagged = groups[g].flagged | find_limbs_that_meet<W>(smooth_[g]);
+      }
     }
     for (int g = 0; g < count; ++g) {
       make_rows(smooth_[g], groups[g].values, qpos[g], qvel[g], rows_[g]);
@@ -230,4 +236,4 @@ inline void start_world(World& world) {
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
-}  // namespace walker::walker2d::kernel
+}  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -1,4 +1,4 @@
-#include "robots/walker2d/kernel/kernel_physics.h"
+#include "robots/mujoco/kernel/kernel_physics.h"
 
 #include <algorithm>
 #include <array>
@@ -7,39 +7,40 @@
 
 #include "base/limits.h"
 #include "robots/mujoco/model_pool.h"
+#include "robots/mujoco/planar_model.h"
 
-namespace walker::walker2d {
+namespace walker::mujoco::kernel {
 namespace {
 
 struct Data {
-  explicit Data(const mjModel& model) : pointer(mujoco::make_data(model)) {}
+  explicit Data(const mjModel& model) : pointer(make_data(model)) {}
 
-  mujoco::DataPointer pointer;
+  DataPointer pointer;
 };
 
-using DataPool = mujoco::ModelPool<Data>;
+using DataPool = ModelPool<Data>;
 
 /// What walkers with the same base model share.
 struct Shared {
-  explicit Shared(const mujoco::ModelPointer& base) : values(values_of(*base)), data(base) {}
+  explicit Shared(const ModelPointer& base) : values(values_of(*base)), data(base) {}
 
   ModelValues<double> values;  ///< of the base model
   DataPool data;               ///< for models of all worlds, which have the same sizes
 };
 
-class KernelPhysics : public mujoco::Physics {
+class KernelPhysics : public Physics {
  public:
-  KernelPhysics(const Kernel& kernel, mujoco::ModelPointer base)
+  KernelPhysics(const Kernel& kernel, ModelPointer base)
       : kernel_(kernel),
         base_(std::move(base)),
-        shared_(mujoco::shared_by_users_of<Shared>(base_)),
+        shared_(shared_by_users_of<Shared>(base_)),
         model_(base_) {
     world_.values = &shared_->values;
   }
 
   const mjModel& model() const override { return *model_; }
 
-  void set_model(mujoco::ModelPointer model) override {
+  void set_model(ModelPointer model) override {
     if (model == model_) return;
     own_values_ =
         model == base_ ? nullptr : std::make_unique<ModelValues<double>>(values_of(*model));
@@ -51,29 +52,28 @@ class KernelPhysics : public mujoco::Physics {
   const double* velocity() const override { return world_.velocity.data(); }
 
   void reset(const double* position, const double* velocity) override {
-    std::copy_n(position, World::kSize, world_.position.begin());
-    std::copy_n(velocity, World::kSize, world_.velocity.begin());
+    std::copy_n(position, model_->nq, world_.position.begin());
+    std::copy_n(velocity, model_->nv, world_.velocity.begin());
     control_ = {};
     kernel_.start(world_);
     if (!world_.is_flagged) return;
     const DataPool::Loan loan(shared_->data);
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
-    std::copy_n(position, World::kSize, data.qpos);
-    std::copy_n(velocity, World::kSize, data.qvel);
+    std::copy_n(position, model_->nq, data.qpos);
+    std::copy_n(velocity, model_->nv, data.qvel);
     mj_forward(model_.get(), &data);
     read(data);
   }
 
-  void step(const double* control, const mujoco::TrunkForce& force, int count) override {
+  void step(const double* control, const TrunkForce& force, int count) override {
     const World before = world_;
     World* const world = &world_;
     if (take_inputs(control, force)) kernel_.step_singly(&world, 1, count);
     if (world_.is_flagged) step_by_library(before, count);
   }
 
-  void step_together(mujoco::PhysicsCall* calls, std::size_t num_calls,
-                     int count) noexcept override {
+  void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept override {
     std::array<KernelPhysics*, kMaxGroupSize> members{};
     std::array<World, kMaxGroupSize> before;
     std::array<World*, kMaxGroupSize> worlds{};
@@ -112,7 +112,7 @@ class KernelPhysics : public mujoco::Physics {
     const DataPool::Loan loan(shared_->data);
     mjData& data = *loan->pointer;
     write(world_, data);
-    std::copy(control_.begin(), control_.end(), data.ctrl);
+    std::copy_n(control_.begin(), model_->nu, data.ctrl);
     mj_kinematics(model_.get(), &data);
     mj_collision(model_.get(), &data);
     mj_transmission(model_.get(), &data);
@@ -121,13 +121,13 @@ class KernelPhysics : public mujoco::Physics {
   }
 
   void save(double* values) const override {
-    values = std::copy(world_.position.begin(), world_.position.end(), values);
-    values = std::copy(world_.velocity.begin(), world_.velocity.end(), values);
-    values = std::copy(world_.warm_start.begin(), world_.warm_start.end(), values);
-    values = std::copy(control_.begin(), control_.end(), values);
-    values = std::fill_n(values, World::kSize - World::kMotors, 0.0);  // the trunk has no motors
+    values = std::copy_n(world_.position.begin(), model_->nq, values);
+    values = std::copy_n(world_.velocity.begin(), model_->nv, values);
+    values = std::copy_n(world_.warm_start.begin(), model_->nv, values);
+    values = std::copy_n(control_.begin(), model_->nu, values);
+    values = std::fill_n(values, kBaseJoints, 0.0);  // the trunk has no motors
     // The library adds each torque to 0, which turns -0 into 0.
-    std::transform(world_.torque.begin(), world_.torque.end(), values,
+    std::transform(world_.torque.begin(), world_.torque.begin() + model_->nu, values,
                    [](double torque) { return 0.0 + torque; });
   }
 
@@ -136,16 +136,16 @@ class KernelPhysics : public mujoco::Physics {
     world_ = {};
     world_.values = model_values;
     const double* next = values;
-    const auto take = [&next](auto& to) {
-      std::copy_n(next, to.size(), to.begin());
-      next += to.size();
+    const auto take = [&next](auto& to, int count) {
+      std::copy_n(next, count, to.begin());
+      next += count;
     };
-    take(world_.position);
-    take(world_.velocity);
-    take(world_.warm_start);
-    take(control_);
-    next += World::kSize - World::kMotors;
-    take(world_.torque);
+    take(world_.position, model_->nq);
+    take(world_.velocity, model_->nv);
+    take(world_.warm_start, model_->nv);
+    take(control_, model_->nu);
+    next += kBaseJoints;
+    take(world_.torque, model_->nu);
   }
 
   std::string stepper() const override {
@@ -156,23 +156,22 @@ class KernelPhysics : public mujoco::Physics {
   /// Returns the call's world if it has the same kernel and base model, else null: between the
   /// creation of two environments the user may have changed the model's file or selected another
   /// kernel.
-  KernelPhysics* find_alike(const mujoco::PhysicsCall& call) const {
+  KernelPhysics* find_alike(const PhysicsCall& call) const {
     auto* const other = dynamic_cast<KernelPhysics*>(call.physics);
     const bool is_alike = other != nullptr && &other->kernel_ == &kernel_ && other->base_ == base_;
     return is_alike ? other : nullptr;
   }
 
   /// mj_fwdActuation. @return whether the kernel can make the step; if not, the world is flagged
-  bool take_inputs(const double* control, const mujoco::TrunkForce& force) {
+  bool take_inputs(const double* control, const TrunkForce& force) {
     world_.push = force;
-    std::copy_n(control, World::kMotors, control_.begin());
+    std::copy_n(control, model_->nu, control_.begin());
     world_.is_flagged = !std::all_of(control_.begin(), control_.end(),
                                      [](double value) { return std::abs(value) <= mjMAXVAL; });
-    for (std::size_t motor = 0; motor < World::kMotors; ++motor) {
-      const int index = static_cast<int>(motor);
-      const double* const range = mujoco::at(model_->actuator_ctrlrange, index, 2);
-      world_.torque[motor] = mujoco::at(model_->actuator_gear, index, 6)[0] *
-                             std::clamp(control_[motor], range[0], range[1]);
+    for (int motor = 0; motor < model_->nu; ++motor) {
+      const double* const range = at(model_->actuator_ctrlrange, motor, 2);
+      world_.torque[motor] =
+          at(model_->actuator_gear, motor, 6)[0] * std::clamp(control_[motor], range[0], range[1]);
     }
     return !world_.is_flagged;
   }
@@ -183,39 +182,39 @@ class KernelPhysics : public mujoco::Physics {
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
     write(before, data);
-    mujoco::advance(*model_, data, control_.data(), world_.push, count);
+    advance(*model_, data, control_.data(), world_.push, count);
     read(data);
-    mujoco::check_warnings(data);
+    check_warnings(data);
   }
 
-  static void write(const World& world, mjData& data) {
-    std::copy(world.position.begin(), world.position.end(), data.qpos);
-    std::copy(world.velocity.begin(), world.velocity.end(), data.qvel);
-    std::copy(world.warm_start.begin(), world.warm_start.end(), data.qacc_warmstart);
+  void write(const World& world, mjData& data) const {
+    std::copy_n(world.position.begin(), model_->nq, data.qpos);
+    std::copy_n(world.velocity.begin(), model_->nv, data.qvel);
+    std::copy_n(world.warm_start.begin(), model_->nv, data.qacc_warmstart);
   }
 
   void read(const mjData& data) {
-    read_state(data, world_);
-    std::copy_n(data.ctrl, World::kMotors, control_.begin());
+    read_state(*model_, data, world_);
+    std::copy_n(data.ctrl, model_->nu, control_.begin());
   }
 
   const Kernel& kernel_;
-  mujoco::ModelPointer base_;
+  ModelPointer base_;
   std::shared_ptr<Shared> shared_;
-  mujoco::ModelPointer model_;                       // of this world
+  ModelPointer model_;                               // of this world
   std::unique_ptr<ModelValues<double>> own_values_;  // if the model is not the base model
   World world_;
-  std::array<double, World::kMotors> control_{};
+  std::array<double, kMostMotors> control_{};
 };
 
 }  // namespace
 
-std::unique_ptr<mujoco::Physics> make_kernel_physics(mujoco::ModelPointer model) {
-  const KernelChoice choice = choose_kernel(*model);
+std::unique_ptr<Physics> make_physics(const Kernels& kernels, ModelPointer model) {
+  const KernelChoice choice = choose_kernel(kernels, *model);
   if (choice.kernel == nullptr) {
-    return std::make_unique<mujoco::LibraryPhysics>(std::move(model), choice.fallback_reason);
+    return std::make_unique<LibraryPhysics>(std::move(model), choice.fallback_reason);
   }
   return std::make_unique<KernelPhysics>(*choice.kernel, std::move(model));
 }
 
-}  // namespace walker::walker2d
+}  // namespace walker::mujoco::kernel

@@ -1,19 +1,29 @@
-// Walker2d's physics, stepped by the kernel, and the choice of a kernel: one whose constants are
-// the model's and whose results on this machine are the library's.
+// A planar robot's physics, stepped by its kernel, and the choice of a kernel: one whose constants
+// are the model's and whose results on this machine are the library's.
 #pragma once
 
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "robots/mujoco/kernel/kernel.h"
 #include "robots/mujoco/physics.h"
-#include "robots/walker2d/kernel/kernel.h"
 #include "simd/choose_kernel.h"
 
-namespace walker::walker2d {
+namespace walker::mujoco::kernel {
 
-/// Creates physics that step with the kernel and redo flagged steps with the library. If
+/// A robot's kernels.
+struct Kernels {
+  /// Those that this processor can run, the one with the most lanes first.
+  std::vector<const Kernel*> usable;
+  /// Returns the first field of the model that differs from the kernels' constants; empty if no
+  /// field that a step reads differs.
+  std::string (*unsupported_reason)(const mjModel& model);
+};
+
+/// Creates physics that step with a kernel and redo flagged steps with the library. If
 /// `choose_kernel` finds no kernel, they step with the library only.
-std::unique_ptr<mujoco::Physics> make_kernel_physics(mujoco::ModelPointer model);
+std::unique_ptr<Physics> make_physics(const Kernels& kernels, ModelPointer model);
 
 using KernelChoice = simd::KernelChoice<Kernel>;
 
@@ -21,11 +31,7 @@ using KernelChoice = simd::KernelChoice<Kernel>;
 /// accepts; each kernel is tried once per process. Returns none, with the reason, if the kernels'
 /// constants do not cover the model or no kernel passes.
 /// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
-KernelChoice choose_kernel(const mjModel& model);
-
-/// Returns the first field of the model that differs from the kernel's constants; empty if no field
-/// that a step reads differs.
-std::string unsupported_reason(const mjModel& model);
+KernelChoice choose_kernel(const Kernels& kernels, const mjModel& model);
 
 /// @param model covered, or another world's of a covered base model
 ModelValues<double> values_of(const mjModel& model);
@@ -39,9 +45,9 @@ void choose_sine_and_cosine();
 bool is_as_library(const Kernel& kernel, const mjModel& model);
 
 /// Copies the state that steps pass on from the library's data; not the torques.
-void read_state(const mjData& data, World& world);
+void read_state(const mjModel& model, const mjData& data, World& world);
 
 /// Whether this state equals the library's to the bit.
-bool has_state(const World& world, const mjData& data);
+bool has_state(const mjModel& model, const World& world, const mjData& data);
 
-}  // namespace walker::walker2d
+}  // namespace walker::mujoco::kernel

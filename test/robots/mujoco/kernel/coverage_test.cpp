@@ -1,6 +1,6 @@
 // What the kernels' bits depend on: the model, of which any change that affects them is rejected,
 // and the C library's sine and cosine.
-#include "robots/walker2d/kernel/kernel_physics.h"
+#include "robots/mujoco/kernel/kernel_physics.h"
 
 #include <gtest/gtest.h>
 
@@ -12,12 +12,13 @@
 #include <vector>
 
 #include "bits.h"
+#include "robots/mujoco/kernel/model_fields.h"
+#include "robots/mujoco/kernel/run.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
-#include "robots/walker2d/kernel/model_fields.h"
 #include "temporary_folder.h"
 
-namespace walker::walker2d {
+namespace walker::mujoco::kernel {
 namespace {
 
 struct DeleteModel {
@@ -25,8 +26,7 @@ struct DeleteModel {
 };
 
 std::unique_ptr<mjModel, DeleteModel> copy(const std::string& xml_file) {
-  return std::unique_ptr<mjModel, DeleteModel>(
-      mj_copyModel(nullptr, mujoco::load_model(xml_file).get()));
+  return std::unique_ptr<mjModel, DeleteModel>(mj_copyModel(nullptr, load_model(xml_file).get()));
 }
 
 template <typename T>
@@ -38,18 +38,29 @@ void change(T& value) {
   }
 }
 
-TEST(CoverageTest, CoversTheBuiltInWalkers) {
-  EXPECT_EQ(unsupported_reason(*mujoco::load_model("walker2d_v4.xml")), "");
-  EXPECT_EQ(unsupported_reason(*mujoco::load_model("walker2d_v5.xml")), "");
+class CoverageTest : public testing::TestWithParam<std::string> {
+ protected:
+  /// By the kernels of the parameter's robot.
+  std::string unsupported_reason(const mjModel& model) const {
+    return robot_of(GetParam()).kernels.unsupported_reason(model);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Robots, CoverageTest, testing::Values("hopper", "walker2d"));
+
+TEST_P(CoverageTest, CoversTheBuiltInModels) {
+  EXPECT_EQ(unsupported_reason(*load_model(GetParam() + "_v4.xml")), "");
+  EXPECT_EQ(unsupported_reason(*load_model(GetParam() + "_v5.xml")), "");
 }
 
-TEST(CoverageTest, RejectsAnotherRobot) {
-  EXPECT_EQ(unsupported_reason(*mujoco::load_model("hopper_v5.xml")), "nq");
+TEST_P(CoverageTest, RejectsAnotherRobot) {
+  const bool is_hopper = GetParam() == "hopper";
+  EXPECT_EQ(unsupported_reason(*load_model(is_hopper ? "walker2d_v5.xml" : "hopper_v5.xml")), "nq");
 }
 
 /// Changes each number of each field by one unit in the last place, and each integer by one.
-TEST(CoverageTest, NamesEveryChangedField) {
-  const auto model = copy("walker2d_v5.xml");
+TEST_P(CoverageTest, NamesEveryChangedField) {
+  const auto model = copy(GetParam() + "_v5.xml");
   int num_changes = 0;
   const auto expect_named = [&](auto& value, const std::string& field) {
     const auto before = value;
@@ -67,14 +78,14 @@ TEST(CoverageTest, NamesEveryChangedField) {
 #define CHANGE_ARRAY(type, name, rows, columns) \
   for (int i = 0; i < model->rows * (columns); ++i) expect_named(model->name[i], #name);
   WALKER_SIM_MODEL_ARRAYS(CHANGE_ARRAY)
-  EXPECT_GT(num_changes, 700);
+  EXPECT_GT(num_changes, 75 * model->nbody);
   EXPECT_EQ(unsupported_reason(*model), "");
 }
 
 /// With smaller buffers MuJoCo fails where the kernel would continue; the kernel check allocates
 /// the data of many worlds.
-TEST(CoverageTest, LimitsBufferSizes) {
-  const auto model = copy("walker2d_v5.xml");
+TEST_P(CoverageTest, LimitsBufferSizes) {
+  const auto model = copy(GetParam() + "_v5.xml");
   for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {
     const int built_in = *size;
     for (const auto& [value, is_covered] : {std::pair(built_in - 1, false),
@@ -88,9 +99,10 @@ TEST(CoverageTest, LimitsBufferSizes) {
   }
 }
 
-/// Each limb may have any friction, but the same along both tangents, which share one row.
-TEST(CoverageTest, AllowsAnyFrictionEqualAlongBothTangents) {
-  const auto model = copy("walker2d_v5.xml");
+/// Each limb may have any friction, but the same along both tangents, which share one row. That of
+/// limbs with each other has no effect.
+TEST_P(CoverageTest, AllowsAnyFrictionEqualAlongBothTangents) {
+  const auto model = copy(GetParam() + "_v5.xml");
   constexpr std::size_t kLimb = 3;
   mjtNum* const friction = &model->pair_friction[5 * kLimb];
   friction[0] = friction[1] = 0.3;
@@ -98,13 +110,18 @@ TEST(CoverageTest, AllowsAnyFrictionEqualAlongBothTangents) {
   EXPECT_EQ(values_of(*model).friction[kLimb], 0.3);
   friction[1] = 0.4;
   EXPECT_EQ(unsupported_reason(*model), "pair_friction");
+  friction[1] = friction[0];
+  for (int pair = model->nbody - 1; pair < model->npair; ++pair) {
+    model->pair_friction[std::ptrdiff_t{5} * pair] = 7;
+  }
+  EXPECT_EQ(unsupported_reason(*model), "");
 }
 
 /// Gymnasium's files generate contacts from masks instead of pairs.
-TEST(CoverageTest, RejectsGymnasiumsFiles) {
+TEST_P(CoverageTest, RejectsGymnasiumsFiles) {
   const Folder folder;
-  const std::string file = folder.write("walker.xml", mujoco::stock_text("walker2d_v5.xml"));
-  EXPECT_NE(unsupported_reason(*mujoco::load_model(file)), "");
+  const std::string file = folder.write("robot.xml", stock_text(GetParam() + "_v5.xml"));
+  EXPECT_NE(unsupported_reason(*load_model(file)), "");
 }
 
 void expect_as_sin_and_cos(double angle) {
@@ -137,4 +154,4 @@ TEST(TrigonometryTest, HasTheBitsOfSinAndCos) {
 }
 
 }  // namespace
-}  // namespace walker::walker2d
+}  // namespace walker::mujoco::kernel

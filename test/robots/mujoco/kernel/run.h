@@ -4,11 +4,26 @@
 #include <string>
 #include <vector>
 
+#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"
-#include "robots/walker2d/kernel/kernel.h"
 
-namespace walker::walker2d {
+namespace walker::mujoco::kernel {
+
+/// A robot that has kernels.
+struct TestedRobot {
+  std::string name;  ///< in ids
+  const Kernels& kernels;
+  double lowest;         ///< a lower trunk has fallen [m]
+  double largest_pitch;  ///< so has a trunk with a larger one, in either direction [rad]
+  bool limbs_can_touch;  ///< each other
+};
+
+/// Returns Hopper and Walker2d.
+const std::vector<TestedRobot>& robots();
+
+/// @param xml_file a robot's, such as hopper_v5.xml
+const TestedRobot& robot_of(const std::string& xml_file);
 
 struct Contestant {
   std::string name;
@@ -17,7 +32,7 @@ struct Contestant {
 };
 
 /// Returns two contestants per supported kernel: with all of its lanes, and with one.
-std::vector<Contestant> contestants();
+std::vector<Contestant> contestants(const TestedRobot& robot);
 
 /// Names of the modes, which define how walkers start, are driven and are reset:
 ///   random   near the standing pose, random controls, until a fall
@@ -38,9 +53,10 @@ struct Tally {
 };
 
 struct Report {
-  long steps = 0;         ///< per contestant
-  int most_contacts = 0;  ///< maximum in the library
-  long warnings = 0;      ///< steps after which the library had warned
+  long steps = 0;                     ///< per contestant
+  int most_contacts = 0;              ///< maximum in the library
+  long warnings = 0;                  ///< steps after which the library had warned
+  long steps_with_limb_contacts = 0;  ///< in which limbs touched each other
   std::vector<Tally> tallies;
 };
 
@@ -56,4 +72,4 @@ enum class Worlds {
 Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
            const std::string& mode, Worlds worlds, long steps);
 
-}  // namespace walker::walker2d
+}  // namespace walker::mujoco::kernel

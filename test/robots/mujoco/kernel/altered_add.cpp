@@ -1,0 +1,13 @@
+#define WALKER_SIM_ROBOT walker2d
+#define WALKER_SIM_MODEL_CONSTANTS "robots/walker2d/model_constants.h"
+#define WALKER_SIM_INSTRUCTION_SET fused_add
+#define WALKER_SIM_FUSE_ADD
+#include "robots/mujoco/kernel/altered.h"
+#include "robots/mujoco/kernel/runge_kutta.h"
+
+namespace walker::mujoco::kernel {
+
+const Kernel kernel_with_fused_add{"fused_add", 1, walker2d::step_worlds<1>,
+                                   walker2d::step_worlds<1>, walker2d::start_world};
+
+}  // namespace walker::mujoco::kernel
