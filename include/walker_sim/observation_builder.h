@@ -19,15 +19,17 @@ struct Measurements {
   Vector3 position{};                    ///< trunk's origin in the world frame [m]; from odom
   Vector3 linear_velocity{};  ///< trunk's origin, in the trunk's axes [m/s]; from odom's twist
   std::vector<std::uint8_t> contacts;  ///< per contact link; 1: touches the ground
-  std::vector<double> ranges;          ///< of the range finder [m]; +infinity: no hit
+  std::vector<double> ranges;          ///< of the range finder [m]; +infinity: no hit; unused
+                                       ///< unless the observation contains them
   double maximum_range = 0;            ///< of the range finder [m]; from scan
 };
 
 /// Builds the observations of one environment. Not thread-safe.
 ///
 /// From a simulated walker's measurements it reproduces the environment's observation up to
-/// rounding: each value within 1.2e-7 (2^-23, single precision) for BipedalWalker, and within 1e-12
-/// for Walker2d. Tests check these bounds.
+/// rounding: each value within 1.2e-7 (2^-23, single precision) for BipedalWalker and for ranges,
+/// which a scan has in single precision, and within 1e-12 for the rest of Walker2d and Hopper. Tests
+/// check these bounds.
 class WALKER_SIM_EXPORT ObservationBuilder {
  public:
   ObservationBuilder() = default;

@@ -79,6 +79,8 @@ struct RangeFinder {
   double angle_minimum = 0;    ///< of the first ray, about the frame's Z [rad]
   double angle_increment = 0;  ///< [rad]
   double maximum_range = 0;    ///< [m]
+  bool is_observed = true;     ///< the observation contains the ranges
+  bool is_optional = false;    ///< a parameter decides whether it does
 };
 
 /// The properties of an environment that are constant over its lifetime.

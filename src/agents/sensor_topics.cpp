@@ -113,7 +113,8 @@ SensorTopics::SensorTopics(ros::NodeHandle& node, const Specification& specifica
   subscribe(node, "imu", imu_);
   subscribe(node, "odom", odometry_);
   subscribe(node, "contacts", contacts_);
-  if (specification.range_finder.num_rays != 0) {
+  const RangeFinder& finder = specification.range_finder;
+  if (finder.num_rays != 0 && finder.is_observed) {
     subscribe(node, "scan", scan_);
     match_by_stamp(joint_states_, imu_, odometry_, contacts_, scan_);
   } else {

@@ -49,8 +49,8 @@ void take(const sensor_msgs::LaserScan& message, const Specification& specificat
 
 // ---------------------------------------------------------------- topics
 
-/// Subscribes to joint_states, imu, odom, contacts and, if the environment has a range finder,
-/// scan, and combines messages of the same instant into measurements. Logs once per second of wall
+/// Subscribes to joint_states, imu, odom, contacts and, if the observation contains ranges, scan,
+/// and combines messages of the same instant into measurements. Logs once per second of wall
 /// time what is missing. All callbacks, including the receiver, run from the node handle's queue.
 class SensorTopics {
  public:
@@ -94,7 +94,7 @@ class SensorTopics {
   message_filters::PassThrough<sensor_msgs::Imu> imu_;
   message_filters::PassThrough<nav_msgs::Odometry> odometry_;
   message_filters::PassThrough<walker_sim::Contacts> contacts_;
-  message_filters::PassThrough<sensor_msgs::LaserScan> scan_;  // idle without a range finder
+  message_filters::PassThrough<sensor_msgs::LaserScan> scan_;  // idle without observed ranges
   std::shared_ptr<void> synchronizer_;  // its type depends on the topics and the tolerance
   Measurements measurements_;
   std::string warning_;        // for the next report

@@ -87,6 +87,7 @@ void check_measurements(const Measurements& measurements, const Specification& s
   }
   check_size("contacts", measurements.contacts.size(), specification.contact_links.size(),
              "contact link");
+  if (!specification.range_finder.is_observed) return;
   check_size("ranges", measurements.ranges.size(), specification.range_finder.num_rays, "ray");
   for (std::size_t i = 0; i < measurements.ranges.size(); ++i) {
     const double range = measurements.ranges[i];

@@ -98,6 +98,7 @@ Effects::Effects(const WorldValues& values, const Specification& specification,
                  const GeneratorState& episode)
     : action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
       observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification.dt)),
+      ranges_are_optional_(specification.range_finder.is_optional),
       action_noise_(value_or(values, "action_noise", 0)),
       dropout_(value_or(values, "dropout", 0)),
       joint_position_noise_(value_or(values, "joint_position_noise", 0)),
@@ -174,9 +175,12 @@ void Effects::observe(Robot& robot, std::uint32_t step, double* observation) {
 }
 
 /// Draws as many numbers whichever deviations are 0, so that each error depends on its own only.
+/// Optional ranges have a generator for each step, derived from that of the other errors: these are
+/// the same with and without the ranges.
 void Effects::draw_noise() {
   const std::size_t joints = noise_.joint_position.size();
-  normals_.resize(2 * joints + 4 + noise_.ranges.size());
+  const std::size_t rays = noise_.ranges.size();
+  normals_.resize(2 * joints + 4 + (ranges_are_optional_ ? 0 : rays));
   sensing_generator_.normals(normals_.data(), normals_.size());
   const double* next = normals_.data();
   const auto take = [&next](std::vector<double>& errors, double deviation) {
@@ -187,6 +191,12 @@ void Effects::draw_noise() {
   noise_.pitch = orientation_noise_ * *next++;
   noise_.angular_velocity = angular_velocity_noise_ * *next++;
   for (double& error : noise_.linear_velocity) error = linear_velocity_noise_ * *next++;
+  if (ranges_are_optional_) {
+    if (range_noise_ == 0) return;
+    normals_.resize(rays);
+    derive(sensing_generator_.state(), "ranges").normals(normals_.data(), rays);
+    next = normals_.data();
+  }
   take(noise_.ranges, range_noise_);
 }
 

@@ -94,6 +94,7 @@ class Effects {
   std::uint32_t action_delay_;       // steps
   std::uint32_t observation_delay_;  // steps
   bool has_noise_ = false;
+  bool ranges_are_optional_;
   double push_impulse_ = 0;  // [N s]
   double action_noise_, dropout_;
   // Standard deviations.

@@ -1,6 +1,6 @@
-#include <algorithm>
 #include <cmath>
 
+#include "base/range_finder.h"
 #include "robots/robot.h"
 
 namespace walker {
@@ -28,11 +28,7 @@ void add(const SensorNoise& noise, Sensors& sensors) {
   sensors.angular_velocity[1] += noise.angular_velocity;
   sensors.linear_velocity[0] += noise.linear_velocity[0];
   sensors.linear_velocity[2] += noise.linear_velocity[1];
-  for (std::size_t i = 0; i < noise.ranges.size(); ++i) {
-    double& range = sensors.ranges[i];
-    if (!std::isfinite(range)) continue;
-    range = std::clamp(range + noise.ranges[i], 0.0, sensors.maximum_range);
-  }
+  add_range_noise(noise.ranges, sensors.maximum_range, sensors.ranges.data());
 }
 
 }  // namespace walker

@@ -163,7 +163,7 @@ class Robot {
     if (has_scan()) take(messages.scan, specification(), measurements_);
   }
 
-  bool has_scan() { return specification().range_finder.num_rays != 0; }
+  bool has_scan() { return specification().range_finder.is_observed; }
 
   bool is_heard() {
     const std::vector<const ros::Publisher*> all{&joints_, &imu_, &odometry_, &contacts_,

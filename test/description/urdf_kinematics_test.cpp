@@ -36,7 +36,7 @@ void expect_transforms_of(const urdf::Model& model, const Specification& specifi
     angles[specification.joints[i].name] = sensors.joint_position[i];
     hinges += is_identity(specification.joints[i].child_frame) ? 0 : 1;
   }
-  ASSERT_EQ(state.transforms.size(), 1 + angles.size());
+  ASSERT_EQ(state.transforms.size(), 2 + angles.size()) << "the trunk, a link per joint and lidar";
   for (const auto& transform : state.transforms) EXPECT_EQ(transform.header.stamp, stamp);
   ASSERT_EQ(model.links_.size(), specification.links.size() + hinges);
   expect_the_kinematics_of(model, "robot/", angles, state,

@@ -17,17 +17,18 @@ namespace {
 
 constexpr double kDt = 0.02;
 
-/// A robot of one joint and three rays. It observes the number of its steps and the errors that it
+/// A robot of one joint. It observes the number of its steps and the errors that it
 /// is given, and remembers actions and pushes.
 class Probe : public BareRobot {
  public:
-  Probe() {
+  explicit Probe(std::size_t num_rays = 1, bool has_optional_rays = false) {
     specification_.id = "BipedalWalker-v3";
     specification_.dt = kDt;
     specification_.observation_low.resize(7);
     specification_.action_low = {-1};
     specification_.joints.resize(1);
-    specification_.range_finder.num_rays = 1;
+    specification_.range_finder.num_rays = num_rays;
+    specification_.range_finder.is_optional = has_optional_rays;
   }
   void reset(Generator& /*generator*/, double* /*info*/) override { steps = 0; }
   void step(RobotStep& step) override {
@@ -36,12 +37,16 @@ class Probe : public BareRobot {
     pushes.push_back(step.push);
   }
   void observe(double* observation) const override {
-    observe(SensorNoise{{0}, {0}, 0, 0, {}, {0}}, observation);
+    observe(SensorNoise{{0}, {0}, 0, 0, {}, {}}, observation);
   }
   void observe(const SensorNoise& noise, double* observation) const override {
-    const std::array<double, 7> values{
-        double(steps),          noise.joint_position[0],  noise.joint_velocity[0], noise.pitch,
-        noise.angular_velocity, noise.linear_velocity[1], noise.ranges[0]};
+    const std::array<double, 7> values{double(steps),
+                                       noise.joint_position[0],
+                                       noise.joint_velocity[0],
+                                       noise.pitch,
+                                       noise.angular_velocity,
+                                       noise.linear_velocity[1],
+                                       noise.ranges.empty() ? 0 : noise.ranges.back()};
     std::copy(values.begin(), values.end(), observation);
   }
   void sense(Sensors& sensors) override {
@@ -162,6 +167,40 @@ TEST_F(EffectsTest, AddsErrorsOfTheseDeviations) {
     EXPECT_NEAR(sum[i] / kSteps, 0, 5 / root) << i;
     EXPECT_NEAR(squares[i] / kSteps, 1, 5 * std::sqrt(2.0) / root) << i;
   }
+}
+
+/// An optional lidar leaves the other errors as they are without it, and its own are independent.
+TEST_F(EffectsTest, ErrorsOfOptionalRangesAreApart) {
+  const auto errors = [this](std::size_t rays, bool is_optional, double range_noise) {
+    World world{{"joint_position_noise", {1, 1}}, {"dropout", {1e-9, 1e-9}}};
+    if (range_noise > 0) world["range_noise"] = {range_noise, range_noise};
+    auto probe = std::make_unique<Probe>(rays, is_optional);
+    episode_ = std::make_unique<Episode>(std::move(probe));
+    episode_->set_world(world);
+    episode_->reset(3);
+    std::array<Doubles, 2> drawn;  // of the joint and of the last ray
+    for (int i = 0; i < 4000; ++i) {
+      drawn[0].push_back(episode_->state().observation[1]);
+      drawn[1].push_back(episode_->state().observation[6]);
+      episode_->step({0});
+    }
+    return drawn;
+  };
+  const auto without = errors(0, false, 0);
+  const auto optional = errors(3, true, 0.5);
+  EXPECT_EQ(optional[0], without[0]);
+  EXPECT_EQ(errors(3, true, 0)[0], without[0]);
+  EXPECT_EQ(errors(3, true, 0)[1], Doubles(4000));
+  EXPECT_NE(errors(3, false, 0.5)[0], without[0]);
+  double squares = 0;
+  double product = 0;
+  for (std::size_t i = 0; i < optional[1].size(); ++i) {
+    squares += optional[1][i] * optional[1][i];
+    product += i == 0 ? 0 : optional[1][i] * optional[1][i - 1];
+  }
+  const double root = std::sqrt(4000.0);
+  EXPECT_NEAR(squares / 4000, 0.25, 0.25 * 5 * std::sqrt(2.0) / root);
+  EXPECT_NEAR(product / 4000, 0, 0.25 * 5 / root);
 }
 
 TEST_F(EffectsTest, MeasuresWhatItObserves) {

@@ -18,9 +18,18 @@ namespace {
 
 using Bits = std::vector<std::vector<std::uint64_t>>;
 
-class WorldsTest : public testing::TestWithParam<std::string> {
+struct Case {
+  std::string id;
+  Parameters parameters = {};
+};
+
+class WorldsTest : public testing::TestWithParam<Case> {
  protected:
   static constexpr int kSteps = 120;
+
+  static std::unique_ptr<Episode> make_walker() {
+    return make_episode(GetParam().id, GetParam().parameters);
+  }
 
   WorldsTest() {
     World all{{"gravity", {-11, -7}},
@@ -37,14 +46,14 @@ class WorldsTest : public testing::TestWithParam<std::string> {
               {"joint_velocity_noise", {0, 0.1}},
               {"orientation_noise", {0, 0.1}},
               {"angular_velocity_noise", {0, 0.1}},
-              {"linear_velocity_noise", {0, 0.1}}};
+              {"linear_velocity_noise", {0, 0.1}},
+              {"lidar_range", {2, 6}},
+              {"range_noise", {0, 0.1}}};
     World level = load_world("hard");
-    level["lidar_range"] = {3, 6};
     level["hip_speed"] = {3, 5};
     level["knee_speed"] = {5, 7};
     level["initial_push"] = {0, 1};
-    level["range_noise"] = {0, 0.1};
-    if (GetParam().rfind("Bipedal", 0) == 0) {
+    if (GetParam().id.rfind("Bipedal", 0) == 0) {
       all.insert(level.begin(), level.end());
       worlds_.push_back(level);
     }
@@ -89,14 +98,15 @@ class WorldsTest : public testing::TestWithParam<std::string> {
 TEST_P(WorldsTest, PoolsHaveTheBitsOfSingleEpisodes) {
   const std::size_t count = 3 * worlds_.size();
   for (const std::size_t threads : {1U, 3U}) {
-    Rollout rollout(GetParam(), {count, threads, AutoresetMode::next_step, 0});
+    Rollout rollout(GetParam().id, {count, threads, AutoresetMode::next_step, 0},
+                    GetParam().parameters);
     std::vector<World> worlds;
     for (std::size_t i = 0; i < count; ++i) worlds.push_back(worlds_[i % worlds_.size()]);
     rollout.pool.set_world({}, worlds);
     rollout.reset(0);
     std::vector<std::unique_ptr<Episode>> singles;
     for (std::size_t i = 0; i < count; ++i) {
-      singles.push_back(make_episode(GetParam()));
+      singles.push_back(make_walker());
       singles.back()->set_world(worlds[i]);
       singles.back()->reset(i);
     }
@@ -123,12 +133,12 @@ TEST_P(WorldsTest, PoolsHaveTheBitsOfSingleEpisodes) {
 
 TEST_P(WorldsTest, ContinuesSavedStates) {
   for (const World& world : worlds_) {
-    const auto original = make_episode(GetParam());
+    const auto original = make_walker();
     original->set_world(world);
     Bits bits = play(*original, 11);
     std::vector<std::byte> state;
     original->save_state(state);
-    const auto other = make_episode(GetParam());
+    const auto other = make_walker();
     other->set_world(worlds_[0]);
     other->reset(3);
     other->load_state(state.data(), state.size());
@@ -146,13 +156,13 @@ TEST_P(WorldsTest, ContinuesSavedStates) {
 
 TEST_P(WorldsTest, RepeatsRecordsAndDrawnNumbers) {
   for (const World& world : worlds_) {
-    const auto original = make_episode(GetParam());
+    const auto original = make_walker();
     original->configure({std::nullopt, true});
     original->set_world(world);
     original->reset(4);
     std::vector<double> action(original->specification().action_size(), 0.3);
     Bits bits{row_of(*original)};
-    const auto by_numbers = make_episode(GetParam());
+    const auto by_numbers = make_walker();
     by_numbers->set_world(as_numbers(original->world_values()));
     by_numbers->reset(4);
     Bits numbers{row_of(*by_numbers)};
@@ -166,7 +176,7 @@ TEST_P(WorldsTest, RepeatsRecordsAndDrawnNumbers) {
     EXPECT_EQ(numbers, bits) << to_string(world);
     const EpisodeRecord record = original->record();
     EXPECT_EQ(record.world, original->world_values());
-    const auto repeated = make_episode(GetParam());
+    const auto repeated = make_walker();
     repeated->configure({std::nullopt, true});
     repeated->set_world(load_world("moon"));  // the record's world holds
     repeated->begin(record);
@@ -177,15 +187,15 @@ TEST_P(WorldsTest, RepeatsRecordsAndDrawnNumbers) {
 }
 
 TEST_P(WorldsTest, TakesEffectAtTheNextReset) {
-  const auto plain = make_episode(GetParam());
+  const auto plain = make_walker();
   const Bits bits = play(*plain, 2);
-  const auto episode = make_episode(GetParam());
+  const auto episode = make_walker();
   episode->reset(2);
   episode->set_world(worlds_[0]);
   Bits same{row_of(*episode)};
   EXPECT_EQ(episode->world_values(), WorldValues{});
   const std::vector<double> action(episode->specification().action_size());
-  const auto other = make_episode(GetParam());
+  const auto other = make_walker();
   other->reset(2);
   episode->step(action);
   other->step(action);
@@ -197,7 +207,7 @@ TEST_P(WorldsTest, TakesEffectAtTheNextReset) {
 }
 
 TEST_P(WorldsTest, RefusesAnythingThatCannotBeApplied) {
-  Pool pool([] { return make(GetParam()); }, {3, 1, AutoresetMode::next_step, 0});
+  Pool pool([] { return make(GetParam().id); }, {3, 1, AutoresetMode::next_step, 0});
   pool.set_world({}, {load_world("moon")});
   const World unknown{{"wind", {1, 1}}};
   EXPECT_NE(message_of<std::invalid_argument>([&] {
@@ -234,14 +244,17 @@ TEST(WorldsTest, ObserveFromTheStateThatIsSet) {
   EXPECT_NE(episode->state().observation, first);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ids, WorldsTest,
-                         testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
-                                         "Walker2d-v4", "Walker2d-v5", "Hopper-v5"),
-                         [](const auto& one) {
-                           std::string name = one.param;
-                           name.erase(name.find('-'), 1);
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Ids, WorldsTest,
+    testing::Values(Case{"BipedalWalker-v3"}, Case{"BipedalWalkerHardcore-v3"}, Case{"Walker2d-v4"},
+                    Case{"Walker2d-v5", {{"include_lidar_in_observation", true}}},
+                    Case{"Walker2d-v5"},
+                    Case{"Hopper-v5", {{"include_lidar_in_observation", true}}}),
+    [](const auto& one) {
+      std::string name = one.param.id;
+      name.erase(name.find('-'), 1);
+      return name + (one.param.parameters.empty() ? "" : "_with_lidar");
+    });
 
 }  // namespace
 }  // namespace walker

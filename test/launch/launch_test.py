@@ -366,8 +366,8 @@ class TenWalkersTest(unittest.TestCase):
 # The frame that the camera follows and all topics, by robot.
 VIEWS = {
     "bipedal_walker": ("hull", ["scene_markers", "state_markers", "scan", "camera/image_raw"]),
-    "walker2d": ("base_link", ["scene_markers", "state_markers", "camera/image_raw"]),
-    "hopper": ("base_link", ["scene_markers", "state_markers", "camera/image_raw"]),
+    "walker2d": ("base_link", ["scene_markers", "state_markers", "scan", "camera/image_raw"]),
+    "hopper": ("base_link", ["scene_markers", "state_markers", "scan", "camera/image_raw"]),
 }
 
 

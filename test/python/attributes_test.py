@@ -56,6 +56,14 @@ def test_constant_attributes(env_id, keywords):
                 getattr(ours, name)
 
 
+@pytest.mark.parametrize(("env_id", "size"), [("Walker2d-v5", 9), ("Hopper-v5", 6)])
+def test_observation_structure_with_the_lidar(env_id, size):
+    ours = make_ours(env_id, include_lidar_in_observation=True).unwrapped
+    expected = {"skipped_qpos": 1, "qpos": size - 1, "qvel": size, "lidar": 10}
+    assert ours.observation_structure == expected
+    assert sum(expected.values()) - 1 == ours.observation_space.shape[0]
+
+
 @pytest.mark.parametrize("env_id", ROBOTS)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_control_cost(env_id, dtype):

@@ -21,11 +21,17 @@ NUM_ENVS = 3
 LIMITS = {"BipedalWalker-v3": 60, "Walker2d-v5": 20, "Hopper-v5": 20}
 
 
-@pytest.mark.parametrize("environment_id", IDS)
-def test_single(serve, environment_id):
-    server, _ = serve(environment_id)
-    remote = make_ours(environment_id, transport="ros", server=server)
-    local = make_ours(environment_id)
+@pytest.mark.parametrize(
+    ("environment_id", "keywords"),
+    [
+        *((environment_id, {}) for environment_id in IDS),
+        ("Walker2d-v5", {"include_lidar_in_observation": True}),
+    ],
+)
+def test_single(serve, environment_id, keywords):
+    server, _ = serve(environment_id, **keywords)
+    remote = make_ours(environment_id, transport="ros", server=server, **keywords)
+    local = make_ours(environment_id, **keywords)
     assert remote.observation_space == local.observation_space
     assert remote.action_space == local.action_space
     assert remote.unwrapped.dt == local.unwrapped.dt

@@ -10,7 +10,7 @@ import pytest
 import walker_sim
 from gymnasium.utils.env_checker import check_env
 from walker_sim import WalkerEnv, _core
-from walkers import IDS, assert_same, follow, make_ours, random_actions, through_pickle
+from walkers import IDS, ROBOTS, assert_same, follow, make_ours, random_actions, through_pickle
 
 COMMON = {
     "gravity": (-11, -8),
@@ -29,6 +29,8 @@ COMMON = {
     "orientation_noise": (0, 0.1),
     "angular_velocity_noise": (0, 0.1),
     "linear_velocity_noise": 0.1,
+    "lidar_range": (3, 6),
+    "range_noise": (0, 0.1),
 }
 LEVEL = {
     "ground_roughness": (0, 2),
@@ -37,11 +39,9 @@ LEVEL = {
     "stair_height": 0.3,
     "stair_steps": (1, 4),
     "obstacle_spacing": (2, 4),
-    "lidar_range": (3, 6),
     "hip_speed": (3, 5),
     "knee_speed": 6,
     "initial_push": (0, 0.5),
-    "range_noise": (0, 0.1),
 }
 ALL = {id: {**COMMON, **(LEVEL if id.startswith("Bipedal") else {})} for id in IDS}
 
@@ -110,9 +110,16 @@ def test_every_parameter_changes_the_episode(environment_id):
         beside = BESIDE.get(name, {})
         world = {**beside, name: VALUES.get(name, low + (high - low) / 50)}
         assert world[name] != parameter["default"]
+        is_of_lidar = name in ("lidar_range", "range_noise") and environment_id in ROBOTS
+        keywords = {"include_lidar_in_observation": True} if is_of_lidar else {}
         is_level = name == "ground_roughness" or name.startswith(("pit", "st", "obstacle"))
         envs = [
-            make_ours(environment_id, world=one, render_mode="rgb_array" if is_level else None)
+            make_ours(
+                environment_id,
+                world=one,
+                render_mode="rgb_array" if is_level else None,
+                **keywords,
+            )
             for one in (world, beside)
         ]
         played = [without_worlds(play(one, environment_id, steps=80)) for one in envs]

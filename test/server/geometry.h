@@ -64,7 +64,9 @@ struct Segment {
 
 inline std::vector<Segment> surfaces(const Scene& scene) {
   std::vector<Segment> segments;
-  segments.reserve(scene.ground.size());
+  segments.reserve(scene.ground.size() + 1);
+  constexpr double kFar = 1000;  // [m]
+  if (scene.floor) segments.push_back({{-kFar, scene.floor->z}, {kFar, scene.floor->z}});
   for (const ScenePolygon& ground : scene.ground) {
     segments.push_back({ground.points[0], ground.points[1]});
   }

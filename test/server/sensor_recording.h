@@ -173,6 +173,7 @@ struct ExpectedRobot {
   std::vector<Edge> tree;                                   // all transforms of a message on /tf
   double (*angle)(const std::vector<double>& observation);  // of the trunk, about -y [rad]
   double dt;                                                // [s]
+  float range;                                              // of the lidar [m]
   double gravity;                                           // [m/s^2]
   double tolerance;                                         // of poses [m, rad]
   double force_tolerance;                                   // [m/s^2]

@@ -26,7 +26,6 @@ OVERFLOW = "MuJoCo: Stack overflow"
 REFUSED = f"the simulation failed at its reset: {OVERFLOW}"
 QUIET = 1.5  # wall seconds; with auto_reset a failed reset is retried every second
 TOPICS = {**STATE_TOPICS, **STATE_VALUES, **MARKERS, "/episode": Episode}
-del TOPICS["/scan"]  # Walker2d has no range finder
 
 
 def numbers_of(message):

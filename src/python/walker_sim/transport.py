@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from walker_sim.rendering import Draw, Pictures
 
 TRANSPORTS = ("inprocess", "ros")
+LIDAR_RAYS = 10
 
 Specification = Dict[str, Any]
 """Fields of EnvironmentSpec.msg by name; ``parameters`` maps names to texts."""
@@ -64,11 +65,13 @@ def attributes_of(specification: Specification) -> dict[str, Any]:
         attributes["hardcore"] = parameters["hardcore"] == "true"
     if "frame_skip" in parameters:  # v5
         skipped = int(parameters["exclude_current_positions_from_observation"] == "true")
-        size = (len(specification["observation_low"]) + skipped) // 2  # slides and hinges: nq = nv
+        lidar = LIDAR_RAYS if parameters["include_lidar_in_observation"] == "true" else 0
+        size = (len(specification["observation_low"]) - lidar + skipped) // 2  # nq = nv
         attributes["observation_structure"] = {
             "skipped_qpos": skipped,
             "qpos": size - skipped,
             "qvel": size,
+            **({"lidar": lidar} if lidar else {}),
         }
     return attributes
 

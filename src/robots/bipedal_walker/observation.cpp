@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/checks.h"
+#include "base/range_finder.h"
 #include "base/unwrapped_angle.h"
 
 namespace walker::bipedal_walker {
@@ -88,14 +89,9 @@ class Builder : public ObservationBuilder {
     std::copy_n(measurements.joint_velocity.begin(), kJointCount, observed.joint_velocity.begin());
     std::transform(measurements.contacts.begin(), measurements.contacts.end(),
                    observed.leg_touches.begin(), [](std::uint8_t touches) { return touches != 0; });
-    // A scan's range_max has single precision.
-    const double given = measurements.maximum_range;
-    const bool is_specified =
-        given == 0 || static_cast<float>(given) == static_cast<float>(kLidarRange);
-    const double max_range = is_specified ? kLidarRange : given;
-    std::transform(measurements.ranges.begin(), measurements.ranges.end(),
-                   observed.ray_fraction.begin(),
-                   [max_range](double range) { return std::min(range / max_range, 1.0); });
+    write_fractions(measurements.ranges.data(), measurements.ranges.size(),
+                    maximum_range_of(measurements, specification_->range_finder),
+                    observed.ray_fraction.data());
     write_observation(observed, observation);
   }
 

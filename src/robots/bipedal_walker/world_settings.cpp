@@ -7,6 +7,7 @@
 #include <string>
 #include <tuple>
 
+#include "base/range_finder.h"
 #include "base/shortest_text.h"
 
 namespace walker::bipedal_walker {
@@ -151,15 +152,12 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
        kHipSpeed, 0, 15},
       {"knee_speed", "rad/s", "Speed of the knees' motors; observed speeds stay fractions of 6.",
        kKneeSpeed, 0, 15},
-      {"lidar_range", "m",
-       "Length of the lidar's rays, of which distances are observed as "
-       "fractions.",
-       kLidarRange, 0.1, 50},
+      lidar_range_parameter(kLidarRange),
       {"initial_push", "N s",
        "Largest horizontal impulse on the hull during the reset, which draws one of either "
        "direction.",
        kInitialPush / kStepsPerSecond, 0, 10},
-      {"range_noise", "m", "Standard deviation of the errors of the lidar's distances.", 0, 0, 10},
+      range_noise_parameter(),
   };
 }
 

@@ -40,6 +40,7 @@ std::vector<Registration> registrations() {
   kind.joint_damping = {1, 100};  // RK4 is stable up to 1390; see walker2d/registration.cpp
   kind.push_impulse = 8;          // changes the velocity of its 15.8 kg by 0.5 m/s
   kind.reward_threshold = 3800;
+  kind.leg_length = 0.45 + 0.5 + 0.06;  // as Walker2d's: lidar range 2.376 m
   kind.camera_distance = 3;
   kind.healthy_ranges = mujoco::torso_ranges("hopper", {0.7, kInfinity}, {-0.2, 0.2});
   const mujoco::HealthyRange state{

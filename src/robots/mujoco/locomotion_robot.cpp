@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/range_finder.h"
 #include "robots/mujoco/renderer.h"
 
 namespace walker::mujoco {
@@ -124,8 +125,13 @@ std::vector<ParameterDescription> parameters(const Version& version) {
                  "Largest deviation of each position and velocity at a reset.", 0, kMaxNoise});
   all.push_back({"exclude_current_positions_from_observation", true, "",
                  "Leave the torso's x out of the observation.", 0, 0});
+  all.push_back({"include_lidar_in_observation", false, "",
+                 "Append the lidar's ten distances, as fractions of its range, to the observation.",
+                 0, 0});
   return all;
 }
+
+double lidar_range(const LocomotionRobotKind& kind) { return kLidarRangePerLeg * kind.leg_length; }
 
 template <typename Value>
 Value value_of(const Parameters& parameters, const std::string& name) {
@@ -157,6 +163,8 @@ PlanarOptions to_options(const Version& version, const Parameters& given) {
   options.reset_noise_scale = value_of<double>(given, "reset_noise_scale");
   options.exclude_current_positions_from_observation =
       value_of<bool>(given, "exclude_current_positions_from_observation");
+  options.include_lidar_in_observation = value_of<bool>(given, "include_lidar_in_observation");
+  options.lidar_range = lidar_range(*version.kind);
   options.velocity_limit = kVelocityLimit;
   return options;
 }
@@ -183,7 +191,10 @@ class LinearGait : public Agent {
  public:
   LinearGait(std::vector<MotorWeights> motors, const Specification& specification)
       : motors_(std::move(motors)), action_(motors_.size()) {
-    if (specification.observation_size() != motors_.front().of_observation.size()) {
+    const RangeFinder& finder = specification.range_finder;
+    const std::size_t state_size =
+        specification.observation_size() - (finder.is_observed ? finder.num_rays : 0);
+    if (state_size != motors_.front().of_observation.size()) {
       throw std::invalid_argument("agent = heuristic: needs " + specification.id +
                                   " with exclude_current_positions_from_observation = true");
     }
@@ -194,9 +205,8 @@ class LinearGait : public Agent {
   const std::vector<double>& act(const std::vector<double>& observation) override {
     for (std::size_t motor = 0; motor < motors_.size(); ++motor) {
       double control = motors_[motor].constant;
-      for (std::size_t i = 0; i < observation.size(); ++i) {
-        control += motors_[motor].of_observation[i] * observation[i];
-      }
+      const std::vector<double>& weights = motors_[motor].of_observation;
+      for (std::size_t i = 0; i < weights.size(); ++i) control += weights[i] * observation[i];
       action_[motor] = double{static_cast<float>(std::clamp(control, -1.0, 1.0))};
     }
     return action_;
@@ -212,6 +222,8 @@ Registration registration(const Version& version) {
   made.id = version.id();
   made.parameters = parameters(version);
   made.world_parameters = physics_parameters(version.kind->joint_damping);
+  made.world_parameters.push_back(lidar_range_parameter(lidar_range(*version.kind)));
+  made.world_parameters.push_back(range_noise_parameter());
   made.push_impulse = version.kind->push_impulse;
   made.max_episode_steps = kMaxEpisodeSteps;
   made.reward_threshold = version.kind->reward_threshold;

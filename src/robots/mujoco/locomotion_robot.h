@@ -73,6 +73,7 @@ struct LocomotionRobotKind {
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
   DampingLimits joint_damping{};                                       ///< of the world's parameter
   double push_impulse = 0;                   ///< default of the world's parameter [N s]
+  double leg_length = 0;                     ///< hip to sole of a straight leg [m]
   double camera_distance = 0;                ///< Gymnasium's DEFAULT_CAMERA_CONFIG [m]
   std::vector<HealthyRange> healthy_ranges;  ///< in the order of Gymnasium's parameters
   std::vector<MotorWeights> gait;            ///< in action order; empty: no gait

@@ -154,6 +154,15 @@ double effort_per_control(const mjModel& model, int actuator) {
   return at(model.actuator_gainprm, actuator, mjNGAIN)[0] * at(model.actuator_gear, actuator, 6)[0];
 }
 
+Vector3 base_origin(const mjModel& model, const double* position) {
+  Vector3 origin = to_vector3(at(model.body_pos, model.jnt_bodyid[kBaseX], 3));
+  for (const int slide : {kBaseX, kBaseZ}) {
+    const Vector3 axis = world_axis(model, slide);
+    mju_addToScl3(origin.data(), axis.data(), position[slide] - model.qpos0[slide]);
+  }
+  return origin;
+}
+
 void write_base_position(const mjModel& model, const Vector3& origin, const Quaternion& orientation,
                          double* position) {
   // Joints start from the model's reference pose; the pitch hinge is at the trunk's origin.

@@ -47,6 +47,10 @@ int carrier_of(const mjModel& model, int body);
 /// Returns the joint's torque at a control of 1; negative if the motor turns backwards [N m].
 double effort_per_control(const mjModel& model, int actuator);
 
+/// Returns the trunk's origin in the world [m].
+/// @param position MuJoCo's qpos
+Vector3 base_origin(const mjModel& model, const double* position);
+
 /// @param origin      of the trunk in the world [m]
 /// @param orientation of the trunk in the world
 /// @param position    receives the trunk's part of MuJoCo's qpos; the pitch is modulo whole turns

@@ -5,6 +5,7 @@
 
 #include "base/checks.h"
 #include "base/engine_release.h"
+#include "base/range_finder.h"
 #include "base/unwrapped_angle.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"
@@ -87,16 +88,19 @@ double* write_state(const mjModel& model, const PlanarOptions& options, const do
   return velocities;
 }
 
-void clamp_velocities(const mjModel& model, const PlanarOptions& options, double* velocities) {
+/// @return the end of the velocities
+double* clamp_velocities(const mjModel& model, const PlanarOptions& options, double* velocities) {
   const double limit = options.velocity_limit;
-  std::transform(velocities, velocities + model.nv, velocities,
-                 [limit](double v) { return std::clamp(v, -limit, limit); });
+  return std::transform(velocities, velocities + model.nv, velocities,
+                        [limit](double v) { return std::clamp(v, -limit, limit); });
 }
 
 /// Writes what `write_state` writes, with clamped velocities.
-void write_observation(const mjModel& model, const PlanarOptions& options, const double* position,
-                       const double* velocity, double* observation) {
-  clamp_velocities(model, options, write_state(model, options, position, velocity, observation));
+/// @return the end of what is written
+double* write_observation(const mjModel& model, const PlanarOptions& options,
+                          const double* position, const double* velocity, double* observation) {
+  return clamp_velocities(model, options,
+                          write_state(model, options, position, velocity, observation));
 }
 
 class Builder : public ObservationBuilder {
@@ -123,7 +127,12 @@ class Builder : public ObservationBuilder {
       position_[model_->jnt_qposadr[layout_.joints[i]]] = measurements.joint_position[i];
       velocity_[model_->jnt_dofadr[layout_.joints[i]]] = measurements.joint_velocity[i];
     }
-    write_observation(*model_, options_, position_.data(), velocity_.data(), observation);
+    double* const end =
+        write_observation(*model_, options_, position_.data(), velocity_.data(), observation);
+    if (!options_.include_lidar_in_observation) return;
+    const std::vector<double>& ranges = measurements.ranges;
+    write_fractions(ranges.data(), ranges.size(),
+                    maximum_range_of(measurements, specification_.range_finder), end);
   }
 
  private:
@@ -148,6 +157,7 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
       physics_(make_physics(options, models_.base())),
       layout_(model()),
       specification_(make_specification(options, layout_, model())),
+      lidar_range_(options.lidar_range),
       first_position_(model().nq),
       velocity_before_step_(model().nv) {
   specification_.engine_version += kSteppedBy + physics_->stepper();
@@ -155,6 +165,7 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
 
 void PlanarRobot::set_world(const WorldValues& values) {
   physics_->set_model(models_.model_of(physics_of(values)));
+  lidar_range_ = value_or(values, "lidar_range", options_.lidar_range);
 }
 
 void PlanarRobot::reset(Generator& generator, double* info) {
@@ -210,7 +221,23 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
 }
 
 void PlanarRobot::observe(double* observation) const {
-  write_observation(model(), options_, position(), velocity(), observation);
+  double* const end = write_observation(model(), options_, position(), velocity(), observation);
+  if (!options_.include_lidar_in_observation) return;
+  const LidarRanges ranges = cast_rays();
+  write_fractions(ranges.data(), ranges.size(), lidar_range_, end);
+}
+
+LidarRanges PlanarRobot::cast_rays() const {
+  LidarRanges ranges;
+  const auto cast = [&](const mjData* data) {
+    ranges = cast_lidar(model(), data, base_origin(model(), position()), lidar_range_);
+  };
+  if (needs_data(model())) {
+    physics_->measure([&](const mjData& data) { cast(&data); });
+  } else {
+    cast(nullptr);
+  }
+  return ranges;
 }
 
 /// Adds the noise to the coordinates, because the trunk's joints are the world's x, z and pitch,
@@ -227,7 +254,11 @@ void PlanarRobot::observe(const SensorNoise& noise, double* observation) const {
     position_at(model().jnt_qposadr[layout_.joints[i]]) += noise.joint_position[i];
     velocities[model().jnt_dofadr[layout_.joints[i]]] += noise.joint_velocity[i];
   }
-  clamp_velocities(model(), options_, velocities);
+  double* const end = clamp_velocities(model(), options_, velocities);
+  if (!options_.include_lidar_in_observation) return;
+  LidarRanges ranges = cast_rays();
+  add_range_noise(noise.ranges, lidar_range_, ranges.data());
+  write_fractions(ranges.data(), ranges.size(), lidar_range_, end);
 }
 
 void PlanarRobot::remember_state() {
@@ -247,7 +278,11 @@ void PlanarRobot::sense(Sensors& sensors) {
   physics_->measure([&](const mjData& data) {
     sense_joints(model(), data, layout_, sensors);
     sense_motion(data, velocity_before_step_.data(), specification_.dt, sensors);
+    const LidarRanges ranges =
+        cast_lidar(model(), &data, base_origin(model(), position()), lidar_range_);
+    sensors.ranges.assign(ranges.begin(), ranges.end());
   });
+  sensors.maximum_range = lidar_range_;
 }
 
 void PlanarRobot::scene(Scene& scene) const {
@@ -287,7 +322,9 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
   std::vector<double> state(physics_->state_size());
   reader.numbers(state.data(), state.size());
   const ModelPointer model = models_.model_of(physics_of(values));
-  return [this, model, x_before_step, velocity_before_step, state] {
+  const double lidar_range = value_or(values, "lidar_range", options_.lidar_range);
+  return [this, model, lidar_range, x_before_step, velocity_before_step, state] {
+    lidar_range_ = lidar_range;
     x_before_step_ = x_before_step;
     velocity_before_step_ = velocity_before_step;
     physics_->set_model(model);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "robots/mujoco/lidar.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/world_physics.h"
@@ -29,6 +30,8 @@ struct PlanarOptions {
   int frame_skip = 1;            ///< engine steps per environment step
   double reset_noise_scale = 0;  ///< maximum deviation of a position or velocity at a reset
   bool exclude_current_positions_from_observation = true;
+  bool include_lidar_in_observation = false;
+  double lidar_range = 0;  ///< [m]; a world may set another one
   /// Bound to which observed velocities are clamped [m/s, rad/s].
   double velocity_limit = std::numeric_limits<double>::infinity();
 };
@@ -80,6 +83,7 @@ class PlanarRobot : public Robot {
   virtual void conclude_step(double x_velocity, RobotStep& step) const = 0;
 
   std::uint64_t model_fingerprint() const;
+  LidarRanges cast_rays() const;
   void write_first_info(double* info) const;
   void remember_state();
   TrunkForce force_of(const RobotStep& step) const;
@@ -90,6 +94,7 @@ class PlanarRobot : public Robot {
   std::unique_ptr<Physics> physics_;
   Layout layout_;
   Specification specification_;
+  double lidar_range_;                        // in this world [m]
   std::vector<double> first_position_;        // initial qpos
   double x_before_step_ = 0;                  // x of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel

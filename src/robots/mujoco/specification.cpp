@@ -14,6 +14,8 @@
 #include "base/engine_release.h"
 #include "base/random.h"
 #include "base/state_bytes.h"
+#include "robots/mujoco/frames.h"
+#include "robots/mujoco/lidar.h"
 #include "robots/mujoco/planar_robot.h"
 
 namespace walker::mujoco {
@@ -21,36 +23,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A frame relative to another, in MuJoCo's format.
-struct Frame {
-  std::array<mjtNum, 3> position{};
-  std::array<mjtNum, 4> quaternion{1, 0, 0, 0};  // w first
-};
-
-Frame frame_at(const mjtNum* positions, const mjtNum* quaternions, int index) {
-  Frame frame;
-  std::copy_n(at(positions, index, 3), 3, frame.position.begin());
-  std::copy_n(at(quaternions, index, 4), 4, frame.quaternion.begin());
-  return frame;
-}
-
-Frame compose(const Frame& outer, const Frame& inner) {
-  Frame frame;
-  mju_mulPose(frame.position.data(), frame.quaternion.data(), outer.position.data(),
-              outer.quaternion.data(), inner.position.data(), inner.quaternion.data());
-  return frame;
-}
-
 Pose to_pose(const Frame& frame) {
   return mujoco::to_pose(frame.position.data(), frame.quaternion.data());
-}
-
-Frame frame_in(const mjModel& model, int carrier, int body) {
-  Frame frame;
-  for (; body != carrier; body = model.body_parentid[body]) {
-    frame = compose(frame_at(model.body_pos, model.body_quat, body), frame);
-  }
-  return frame;
 }
 
 std::vector<int> bodies_of(const mjModel& model, int carrier) {
@@ -118,8 +92,7 @@ std::optional<Solid> read_solid(const mjModel& model, int carrier, int geom) {
   Solid solid;
   solid.kind = kind->second;
   solid.size = {size[0], size[1], size[2]};
-  solid.pose = to_pose(compose(frame_in(model, carrier, model.geom_bodyid[geom]),
-                               frame_at(model.geom_pos, model.geom_quat, geom)));
+  solid.pose = to_pose(geom_frame_in(model, carrier, geom));
   return solid;
 }
 
@@ -199,6 +172,10 @@ void set_spaces(const PlanarOptions& options, const mjModel& model, Specificatio
   const auto size = static_cast<std::size_t>(model.nq + model.nv - excluded);
   specification.observation_low.assign(size, -kInfinity);
   specification.observation_high.assign(size, kInfinity);
+  if (options.include_lidar_in_observation) {
+    specification.observation_low.resize(size + kLidarRays, 0);
+    specification.observation_high.resize(size + kLidarRays, 1);
+  }
   specification.observation_dtype = "float64";
   for (int i = 0; i < model.nu; ++i) {
     // Gymnasium's action space is float32.
@@ -266,6 +243,13 @@ Specification make_specification(const PlanarOptions& options, const Layout& lay
     specification.joints.push_back(read_joint(model, layout, i));
   }
   for (const int foot : layout.feet) specification.contact_links.push_back(body_name(model, foot));
+  // Ray 0 points straight down: -Y of the lidar frame, whose Y is up.
+  specification.range_finder = {kLidarRays,
+                                -M_PI / 2,
+                                kLidarIncrement,
+                                options.lidar_range,
+                                options.include_lidar_in_observation,
+                                true};
   return specification;
 }
 

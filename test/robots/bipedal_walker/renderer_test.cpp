@@ -203,7 +203,7 @@ TEST_F(RendererTest, RejectsACaptureOfAnotherWalker) {
   capture(*walker.environment, 0, another);
   const std::string message =
       message_of<std::invalid_argument>([&] { renderer_->render(another, {}, image_); });
-  EXPECT_EQ(message, "capture with 7 links and 0 rays; must have, as BipedalWalker, 5 and 10");
+  EXPECT_EQ(message, "capture with 7 links and 10 rays; must have, as BipedalWalker, 5 and 10");
 }
 
 /// Non-finite and huge values, as a failed simulation could leave them.

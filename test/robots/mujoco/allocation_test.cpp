@@ -11,7 +11,7 @@ namespace {
 
 TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
   for (const char* id : {"Walker2d-v4", "Walker2d-v5", "Hopper-v5"}) {
-    Stepper walker(id);
+    Stepper walker(id, {{"include_lidar_in_observation", std::string(id) == "Walker2d-v5"}});
     Sensors sensors;
     std::vector<double> action(walker.environment->specification().action_size());
     Actions actions("balance", 0, static_cast<int>(action.size()));
@@ -37,7 +37,8 @@ TEST_F(AllocationTest, ResetsStepsAndSensesWithoutTheHeap) {
 
 TEST_F(AllocationTest, StepsInAWorldWithoutTheHeap) {
   for (const char* id : {"Walker2d-v5", "Hopper-v5"}) {
-    WorldRobot robot(id, {{"terminate_when_unhealthy", false}},
+    WorldRobot robot(id,
+                     {{"terminate_when_unhealthy", false}, {"include_lidar_in_observation", true}},
                      {{"mass_scale", 2}, {"gravity", -5}, {"friction_scale", 0.5}});
     std::vector<double> observation(robot.robot->specification().observation_size());
     std::vector<double> action(robot.action_size());
@@ -45,6 +46,7 @@ TEST_F(AllocationTest, StepsInAWorldWithoutTheHeap) {
     SensorNoise noise;
     noise.joint_position.assign(action.size(), 0.1);
     noise.joint_velocity = noise.joint_position;
+    noise.ranges.assign(10, 0.1);
     robot.reset(0);
     const Counting counting;
     for (int i = 0; i < 500; ++i) {

@@ -60,6 +60,17 @@ TEST_P(GaitTest, NeedsObservationsWithoutX) {
       "agent = heuristic: needs " + id + " with exclude_current_positions_from_observation = true");
 }
 
+TEST_P(GaitTest, IgnoresTheLidar) {
+  const auto plain = make(GetParam());
+  const auto walker = make(GetParam(), {{"include_lidar_in_observation", true}});
+  const auto gait = make_agent("heuristic", walker->specification(), 0);
+  std::vector<double> observation(plain->specification().observation_size(), 0.1);
+  const std::vector<double> action =
+      make_agent("heuristic", plain->specification(), 0)->act(observation);
+  observation.resize(walker->specification().observation_size(), 0.7);
+  EXPECT_EQ(gait->act(observation), action);
+}
+
 /// Pins the weights, because a gait with a slightly different weight may walk as well. Each motor
 /// is within its bounds at one of these heights, so that every weight matters.
 TEST_P(GaitTest, HasTheTrainedWeights) {

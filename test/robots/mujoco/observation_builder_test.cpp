@@ -20,7 +20,9 @@ namespace walker::mujoco {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kBound = 1e-12;  // bound in observation_builder.h
+// Bounds in observation_builder.h.
+constexpr double kBound = 1e-12;
+constexpr double kRangeBound = 1.2e-7;
 
 /// Statistics of the compared episodes, which show that the comparison is not vacuous.
 struct Seen {
@@ -30,9 +32,25 @@ struct Seen {
   double fastest = 0;       // torso [m/s]
 };
 
+/// End of the positions and velocities in the observation, which the lidar may follow.
+const double* state_end(const Observer& observer) {
+  const RangeFinder& finder = observer.walker.environment->specification().range_finder;
+  const std::vector<double>& all = observer.walker.observation;
+  return all.data() + all.size() - (finder.is_observed ? finder.num_rays : 0);
+}
+
+void expect_equal(const Observer& observer) {
+  const auto state =
+      static_cast<std::size_t>(state_end(observer) - observer.walker.observation.data());
+  for (std::size_t i = 0; i < observer.built.size(); ++i) {
+    ASSERT_NEAR(observer.built[i], observer.walker.observation[i], i < state ? kBound : kRangeBound)
+        << "value " << i;
+  }
+}
+
 void watch(const Observer& observer, Seen& seen) {
-  // Indexed from the end, because x may come first.
-  const double pitch = observer.walker.observation[observer.walker.observation.size() - 16];
+  // Indexed from the end of the state, because x may come first.
+  const double pitch = state_end(observer)[-16];
   const Vector3& velocity = observer.measurements.linear_velocity;
   ++seen.steps;
   seen.largest_turn = std::max(seen.largest_turn, std::abs(pitch));
@@ -48,16 +66,16 @@ void expect_equal_observations(Observer& observer, const std::string& kind, std:
     Actions actions(kind == "heuristic" ? "zero" : kind, seed);
     std::vector<double> action(kJointCount);
     observer.reset(seed);
-    ASSERT_LE(observer.largest_difference(), kBound) << kind << ", seed " << seed;
+    SCOPED_TRACE(kind + ", seed " + std::to_string(seed));
+    ASSERT_NO_FATAL_FAILURE(expect_equal(observer));
     while (!observer.walker.has_ended()) {
       actions.draw(observer.walker.observation, action);
       // The gait expects observations without x.
-      const std::vector<double>& all = observer.walker.observation;
-      if (kind == "heuristic") action = heuristic->act({all.end() - 17, all.end()});
+      const double* const end = state_end(observer);
+      if (kind == "heuristic") action = heuristic->act({end - 17, end});
       observer.step(action);
       watch(observer, seen);
-      ASSERT_LE(observer.largest_difference(), kBound)
-          << kind << ", seed " << seed << " after " << seen.steps << " steps in all";
+      ASSERT_NO_FATAL_FAILURE(expect_equal(observer)) << seen.steps << " steps in all";
     }
   }
 }
@@ -65,12 +83,14 @@ void expect_equal_observations(Observer& observer, const std::string& kind, std:
 struct Case {
   std::string id;
   bool exclude_positions;
+  bool include_lidar = false;
 };
 
 class ObservationBuilderTest : public testing::TestWithParam<Case> {
  protected:
   static Parameters parameters() {
-    return {{"exclude_current_positions_from_observation", GetParam().exclude_positions}};
+    return {{"exclude_current_positions_from_observation", GetParam().exclude_positions},
+            {"include_lidar_in_observation", GetParam().include_lidar}};
   }
 };
 
@@ -101,10 +121,13 @@ TEST_P(ObservationBuilderTest, FollowsSomersaultsAndClippedVelocities) {
 
 INSTANTIATE_TEST_SUITE_P(Ids, ObservationBuilderTest,
                          testing::Values(Case{"Walker2d-v4", true}, Case{"Walker2d-v4", false},
-                                         Case{"Walker2d-v5", true}, Case{"Walker2d-v5", false}),
+                                         Case{"Walker2d-v5", true}, Case{"Walker2d-v5", false},
+                                         Case{"Walker2d-v4", false, true},
+                                         Case{"Walker2d-v5", true, true}),
                          [](const testing::TestParamInfo<Case>& of) {
                            return of.param.id.substr(9) +
-                                  (of.param.exclude_positions ? "" : "_with_x");
+                                  (of.param.exclude_positions ? "" : "_with_x") +
+                                  (of.param.include_lidar ? "_with_lidar" : "");
                          });
 
 /// The coordinates of the root joints do not start at the world's origin, and the actuators and
@@ -119,6 +142,7 @@ TEST(OtherModels, MayHaveShiftedRootJoints) {
   const Folder folder;
   Observer observer("Walker2d-v5", {{"xml_file", folder.write("other.xml", text)},
                                     {"exclude_current_positions_from_observation", false},
+                                    {"include_lidar_in_observation", true},
                                     {"terminate_when_unhealthy", false}});
   Seen seen;
   for (const char* kind : {"random", "saturated", "smooth"}) {
@@ -135,8 +159,8 @@ TEST(OtherModels, MayHaveShiftedRootJoints) {
 class MeasurementsTest : public ChangedMeasurements {
  protected:
   MeasurementsTest()
-      : ChangedMeasurements("Walker2d-v4",
-                            {{"exclude_current_positions_from_observation", false}}) {}
+      : ChangedMeasurements("Walker2d-v4", {{"exclude_current_positions_from_observation", false},
+                                            {"include_lidar_in_observation", true}}) {}
 
   void SetUp() override {
     observer_.reset(1);
@@ -167,6 +191,12 @@ TEST_F(MeasurementsTest, EachChangesItsElements) {
             }),
             (Places{kBasePitch, kX, kZ}));
   EXPECT_EQ(changed_by([](Measurements& m) { m.contacts[0] ^= 1; }), Places{});
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(changed_by([i](Measurements& m) { m.ranges[i] = 0.5; }),
+              Places{2 * kDegreesOfFreedom + i});
+  }
+  EXPECT_EQ(changed_by([](Measurements& m) { m.maximum_range = 9; }).front(),
+            2 * kDegreesOfFreedom);
 }
 
 TEST_F(MeasurementsTest, RejectsWrongMeasurements) {
@@ -180,9 +210,19 @@ TEST_F(MeasurementsTest, RejectsWrongMeasurements) {
        "joint_position[3] (thigh_left_joint) = nan rad; must be finite"},
       {[](M& m) { m.joint_velocity.resize(4); },
        "joint_velocity has 4 values; must have 6, one per joint"},
-      {[](M& m) { m.ranges.push_back(1); }, "ranges has 1 values; must have 0, one per ray"},
+      {[](M& m) { m.ranges.push_back(1); }, "ranges has 11 values; must have 10, one per ray"},
+      {[](M& m) { m.ranges[1] = kNaN; },
+       "ranges[1] = nan m; must be at least 0, or +infinity where the ray met nothing"},
   };
   for (const auto& [change, message] : cases) EXPECT_EQ(refusal(change), message);
+}
+
+/// A scan is not needed for an observation without ranges.
+TEST(Ranges, AreIgnoredUnlessObserved) {
+  Observer observer("Hopper-v5");
+  observer.reset(2);
+  EXPECT_EQ(observer.changed_by(observer.measurements, [](Measurements& m) { m.ranges.clear(); }),
+            Places{});
 }
 
 }  // namespace

@@ -231,6 +231,14 @@ TEST_F(OtherWalker, CanHaveUnnamedBodies) {
   EXPECT_EQ(specification.joints[1].parent, "body_2");
 }
 
+/// Length of a straight leg of capsules, from the hip to the sole [m].
+double leg_length(const Specification& specification) {
+  const auto half_length = [&](int link) { return specification.links[link].solids[0].size[1]; };
+  constexpr int kThigh = 1, kLeg = 2, kFoot = 3;
+  return 2 * (half_length(kThigh) + half_length(kLeg)) +
+         specification.links[kFoot].solids[0].size[0];
+}
+
 /// Spaces, limits and info names: test/python/environment_test.py.
 TEST(BuiltInRobots, HaveGymnasiumsLinksAndJoints) {
   struct Expected {
@@ -259,7 +267,14 @@ TEST(BuiltInRobots, HaveGymnasiumsLinksAndJoints) {
       EXPECT_EQ(specification.observation_dtype, "float64");
       EXPECT_EQ(specification.effort_per_action, std::vector<double>(parents.size(), effort));
       EXPECT_EQ(specification.contact_links, contact_links);
-      EXPECT_EQ(specification.range_finder.num_rays, 0U);
+      const RangeFinder& finder = specification.range_finder;
+      const RangeFinder model = make("BipedalWalker-v3")->specification().range_finder;
+      EXPECT_EQ(finder.num_rays, model.num_rays);
+      EXPECT_EQ(finder.angle_minimum, model.angle_minimum);
+      EXPECT_EQ(finder.angle_increment, model.angle_increment);
+      EXPECT_NEAR(finder.maximum_range,
+                  model.maximum_range * leg_length(specification) / (68.0 / 30), 1e-12);
+      EXPECT_FALSE(finder.is_observed);
       ASSERT_EQ(specification.links.size(), links.size());
       for (std::size_t i = 0; i < links.size(); ++i) {
         EXPECT_EQ(specification.links[i].name, links[i]);

@@ -80,7 +80,8 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
       EXPECT_FALSE(parameter.is_whole);
     }
     EXPECT_EQ(names, (std::vector<std::string>{"gravity", "friction_scale", "motor_strength",
-                                               "mass_scale", "joint_damping"}));
+                                               "mass_scale", "joint_damping", "lidar_range",
+                                               "range_noise"}));
     EXPECT_EQ(WorldModels(model).model_of(physics_of(defaults)), model)
         << id << ": the defaults are the model's own";
   }

@@ -32,6 +32,7 @@ WorldRobot make_robot(const char* kernel, const std::string& id, const WorldValu
                       Parameters parameters = {}) {
   const KernelVariable variable(kernel);
   parameters["exclude_current_positions_from_observation"] = false;
+  parameters["include_lidar_in_observation"] = true;
   parameters["terminate_when_unhealthy"] = false;
   return WorldRobot(id, parameters, world);
 }
@@ -113,7 +114,6 @@ TEST_P(RobotTest, FallsFreelyUnderTheWorldsGravity) {
     Sensors sensors;
     robot.robot->sense(sensors);
     EXPECT_EQ(sensors.gravity, (Vector3{0, 0, gravity}));
-    EXPECT_EQ(sensors.maximum_range, 0);
     EXPECT_EQ(robot.robot->specification().gravity, (Vector3{0, 0, kGravity}));
   }
 }
@@ -186,11 +186,8 @@ TEST_P(RobotTest, GymnasiumsValuesGiveGymnasiumsBits) {
 
 /// A state continues in another robot, with the world's values, whatever its world was.
 TEST_P(RobotTest, SavedStatesContinueInTheirWorld) {
-  const WorldValues world{{"gravity", -4},
-                          {"mass_scale", 1.7},
-                          {"joint_damping", 0.4},
-                          {"friction_scale", .3},
-                          {"motor_strength", .8}};
+  const WorldValues world{{"gravity", -4},        {"mass_scale", 1.7},    {"joint_damping", 0.4},
+                          {"friction_scale", .3}, {"motor_strength", .8}, {"lidar_range", 1.5}};
   WorldRobot robot = make(world);
   WorldRobot other = make({{"gravity", -30}});
   robot.reset(4);
@@ -213,6 +210,8 @@ TEST_P(RobotTest, SavedStatesContinueInTheirWorld) {
     other.robot->sense(sensors[1]);
     ASSERT_EQ(to_bits(sensors[0].joint_effort), to_bits(sensors[1].joint_effort));
     ASSERT_EQ(sensors[0].gravity, sensors[1].gravity);
+    ASSERT_EQ(to_bits(sensors[0].ranges), to_bits(sensors[1].ranges));
+    ASSERT_EQ(sensors[1].maximum_range, 1.5);
     actions.draw(robot.observation(), action);
     for (WorldRobot* each : {&robot, &other}) each->step(action, {0, i % 7 == 0 ? 20.0 : 0.0});
   }
@@ -261,7 +260,12 @@ TEST_P(RobotTest, GroupsGiveTheSameBits) {
 
 /// The physics' limits, all of their combinations, from wild starts.
 TEST_P(RobotTest, IsStableAtTheLimits) {
-  const std::vector<WorldParameter> parameters = find_registration(id()).world_parameters;
+  std::vector<WorldParameter> parameters = find_registration(id()).world_parameters;
+  const auto is_lidar = [](const WorldParameter& parameter) {
+    return parameter.name == "lidar_range" || parameter.name == "range_noise";
+  };
+  parameters.erase(std::remove_if(parameters.begin(), parameters.end(), is_lidar),
+                   parameters.end());
   for (unsigned corner = 0; corner < 1U << parameters.size(); ++corner) {
     WorldValues world;
     for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -294,15 +298,17 @@ SensorNoise draw_noise(Generator& random, std::size_t joints) {
   noise.pitch = draw();
   noise.angular_velocity = draw();
   noise.linear_velocity = {draw(), draw()};
+  for (int i = 0; i < 10; ++i) noise.ranges.push_back(5 * draw());
   return noise;
 }
 
 /// A noisy observation is what a builder makes of noisy sensors, also where velocities are clamped.
 void expect_builders_observations(const std::string& id, Parameters parameters) {
   parameters["terminate_when_unhealthy"] = false;
-  for (const bool exclude : {true, false}) {
+  for (const auto& [exclude, include] : {std::pair(true, false), {false, true}}) {
     parameters["exclude_current_positions_from_observation"] = exclude;
-    WorldRobot robot(id, parameters, {{"gravity", -5}});
+    parameters["include_lidar_in_observation"] = include;
+    WorldRobot robot(id, parameters, {{"gravity", -5}, {"lidar_range", 3}});
     const auto builder = make_observation_builder(id, parameters);
     Generator random(1);
     Actions actions("random", 1, static_cast<int>(robot.action_size()));
@@ -317,9 +323,13 @@ void expect_builders_observations(const std::string& id, Parameters parameters) 
       add(noise, sensors);
       const Numbers observation = robot.observation(noise);
       Numbers built(observation.size());
-      builder->build(measurements_of(sensors), built.data());
+      Measurements measurements = measurements_of(sensors);
+      measurements.maximum_range = sensors.maximum_range;
+      builder->build(measurements, built.data());
+      const std::size_t state_size = built.size() - (include ? 10 : 0);
       for (std::size_t k = 0; k < built.size(); ++k) {
-        ASSERT_NEAR(observation[k], built[k], 1e-12) << id << ", step " << i << ", value " << k;
+        ASSERT_NEAR(observation[k], built[k], k < state_size ? 1e-12 : 1.2e-7)
+            << id << ", step " << i << ", value " << k;
         num_clamped += std::abs(observation[k]) == 10 ? 1 : 0;
       }
       ASSERT_NE(observation, robot.observation());

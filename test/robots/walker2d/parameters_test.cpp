@@ -48,6 +48,7 @@ TEST(Walker2dParameters, AreInTheSpecification) {
       {"healthy_angle_range", List{-0.5, 0.25}},
       {"reset_noise_scale", 0.1},
       {"exclude_current_positions_from_observation", false},
+      {"include_lidar_in_observation", true},
       {"max_episode_steps", std::int64_t{7}}};
   EXPECT_EQ(make("Walker2d-v5", Parameters(given.begin(), given.end()))->specification().parameters,
             given);

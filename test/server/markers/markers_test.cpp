@@ -201,31 +201,37 @@ TEST(SceneMarkers, OnlyDeleteInAnEmptyScene) {
   EXPECT_EQ(array.markers[0].action, Marker::DELETEALL);
 }
 
-TEST(StateMarkers, ShowRaysFromTheHullToTheirHits) {
-  World world("BipedalWalker-v3");
+class RayMarkers : public testing::TestWithParam<const char*> {};
+
+TEST_P(RayMarkers, ShowRaysFromTheTrunkToTheirHits) {
+  World world(GetParam());
   const RangeFinder& finder = world.specification().range_finder;
-  const Vector3& hull = world.sensors.link_poses[0].position;
+  ASSERT_EQ(world.sensors.ranges.size(), 10U);
+  const Vector3& trunk = world.sensors.link_poses[0].position;
   std::fill(world.sensors.ranges.begin(), world.sensors.ranges.end(), 2.0);
   world.sensors.ranges.back() = std::numeric_limits<double>::infinity();
   const MarkerArray array = world.state();
 
   const Marker& rays = *find(array, "rays");
   ASSERT_EQ(rays.points.size(), 2 * (finder.num_rays - 1));
-  EXPECT_EQ(rays.points[0].x, hull[0]);
-  EXPECT_EQ(rays.points[0].z, hull[2]);
+  EXPECT_EQ(rays.points[0].x, trunk[0]);
+  EXPECT_EQ(rays.points[0].z, trunk[2]);
   // The first ray points straight down.
-  EXPECT_NEAR(rays.points[1].x, hull[0], 1e-9);
-  EXPECT_NEAR(rays.points[1].z, hull[2] - 2, 1e-9);
+  EXPECT_NEAR(rays.points[1].x, trunk[0], 1e-9);
+  EXPECT_NEAR(rays.points[1].z, trunk[2] - 2, 1e-9);
   EXPECT_EQ(find(array, "hits")->points.size(), finder.num_rays - 1);
 
   // The last ray hits nothing: it is drawn fainter, up to the maximum range.
   const Marker& missed = *find(array, "missed_rays");
   ASSERT_EQ(missed.points.size(), 2U);
-  const double length = std::hypot(missed.points[1].x - hull[0], missed.points[1].z - hull[2]);
+  const double length = std::hypot(missed.points[1].x - trunk[0], missed.points[1].z - trunk[2]);
   EXPECT_NEAR(length, finder.maximum_range, 1e-9);
-  EXPECT_GT(missed.points[1].x, hull[0]);
+  EXPECT_GT(missed.points[1].x, trunk[0]);
   EXPECT_LT(missed.color.a, rays.color.a);
 }
+
+INSTANTIATE_TEST_SUITE_P(Ids, RayMarkers, testing::Values("BipedalWalker-v3", "Hopper-v5"),
+                         [](const auto& id) { return std::string(id.param, 6); });
 
 TEST(StateMarkers, DeleteHitsAndRaysWithoutHits) {
   World world("BipedalWalker-v3");
