@@ -107,6 +107,8 @@ struct Specification {
                                            ///< before its reset and on the actions
   std::vector<std::string> contact_links;  ///< links with a ground contact sensor
   RangeFinder range_finder;
+  /// World parameters of this id that the environment's other parameters rule out, and why.
+  std::vector<std::pair<std::string, std::string>> inapplicable_world_parameters;
   std::string engine;
   std::string engine_version;  ///< release and origin, also libm variant and stepper if they vary
   std::string engine_path;     ///< file that the engine's code was loaded from

@@ -63,6 +63,11 @@ Generator read_generator(StateReader& reader) {
 CheckedWorld::CheckedWorld(const Specification& specification, World world)
     : ranges_(std::move(world)), dt_(specification.dt) {
   check_world(specification.id, ranges_);
+  for (const auto& [name, reason] : specification.inapplicable_world_parameters) {
+    if (ranges_.count(name) != 0) {
+      throw std::invalid_argument("world parameter " + name + ": cannot be applied; " + reason);
+    }
+  }
   check_steps(specification, ranges_);
   for (const WorldParameter& parameter : world_parameters(specification.id)) {
     if (parameter.is_whole) whole_.push_back(parameter.name);

@@ -56,6 +56,15 @@ class WorldsTest : public testing::TestWithParam<Case> {
     if (GetParam().id.rfind("Bipedal", 0) == 0) {
       all.insert(level.begin(), level.end());
       worlds_.push_back(level);
+    } else {
+      worlds_.push_back({{"ground_roughness", {0, 2}},
+                         {"pit_gap", {0.1, 0.5}},
+                         {"stump_height", {0.05, 0.3}},
+                         {"stair_height", {0.02, 0.2}},
+                         {"stair_steps", {1, 4}},
+                         {"obstacle_spacing", {0.2, 2}},
+                         {"gravity", {-11, -8}}});
+      worlds_.push_back(load_world("walker2d_rough"));
     }
     worlds_.insert(worlds_.end(),
                    {all, World{}, load_world("pushed"), load_world("laggy"), load_world("noisy"),

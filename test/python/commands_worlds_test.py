@@ -124,7 +124,7 @@ def test_a_record_without_worlds(record, command):
         ("{gravity: -1000}", "gravity = -1000.0: must be in [-50.0, 0.0] m/s^2"),
         ("{gravity", "must be NAME: NUMBER or NAME: [LOW, HIGH]"),
         ("mars", "world mars, neither a preset nor a readable YAML file"),
-        ("{pit_gap: 1}", "cannot be applied by Hopper-v5"),
+        ("{hip_speed: 1}", "cannot be applied by Hopper-v5"),
     ],
 )
 def test_a_record_with_a_damaged_world(record, command, world, message):
@@ -150,7 +150,8 @@ def test_refused_worlds(command, name, tmp_path, monkeypatch):
     beside = ["--output", "a.npz"] if name == "record" else []
     for world, message in (
         ("mon", "neither a preset nor a readable YAML file: unknown; did you mean moon?"),
-        ("hard", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
+        ("{hip_speed: 3}", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
+        ("hard", "stump_height = [0.95, 1.4]: must be in [0.02, 1.0] m"),
         ("{gravity: [-1, -2]}", "must be a number, or a range [low, high] with low <= high"),
         ("{push_impulse: 1}", "world parameter push_impulse = 1.0: has no effect without"),
     ):

@@ -176,9 +176,9 @@ def test_train_refuses_worlds(tmp_path, command, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for world, message in (
         ("mon", "neither a preset nor a readable YAML file: unknown; did you mean moon?"),
-        ("hard", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
+        ("{hip_speed: 3}", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
     ):
         assert message in command("train", "Hopper-v5", "--world", world, status=2).err
     (tmp_path / "hard.yaml").write_text("world: hard\n")
     given = ["train", "Hopper-v5", "--settings", "hard.yaml", "--out", "run"]
-    assert "cannot be applied by Hopper-v5" in command(*given, status=2).err
+    assert "must be in [0.02, 1.0] m" in command(*given, status=2).err

@@ -122,7 +122,7 @@ REFUSED = [
     ({"gravty": -3}, "world parameter gravty = -3.0: unknown; did you mean gravity?"),
     ({"gravity": (-3, -5)}, "low <= high"),
     ({"dropout": 2}, r"must be in \[0.0, 1.0\]"),
-    ({"stump_height": 1}, "cannot be applied by Walker2d-v5"),
+    ({"hip_speed": 1}, "cannot be applied by Walker2d-v5"),
     ("moom", "did you mean moon?"),
 ]
 

@@ -34,7 +34,7 @@ REFUSED = [
     ({"world": {"gravity": [-5, -9]}}, ["world parameter gravity = [-5.0, -9.0]", "low <= high"]),
     ({"world": {"dropout": 1.5}}, ["world parameter dropout = 1.5", "[0.0, 1.0]"]),
     ({"world": 5}, ["world", "5", "text"]),
-    ({**WALKER2D, "world": "med_stairs"}, ["ground_roughness", "cannot be applied by Walker2d-v5"]),
+    ({**WALKER2D, "world": "high_stump_height"}, ["stump_height", "must be in [0.02, 1.0] m"]),
     ({"real_time_factor": -1.0}, ["real_time_factor", "-1", "0"]),
     ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
     ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),

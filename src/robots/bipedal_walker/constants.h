@@ -4,6 +4,8 @@
 // the bits of engine and terrain, which depend on these doubles, must match.
 #pragma once
 
+#include "robots/level.h"
+
 namespace walker::bipedal_walker {
 
 constexpr double kStepsPerSecond = 50;
@@ -30,11 +32,8 @@ constexpr double kLegWidth = 8 / kScale;    // [m]
 constexpr double kLegHeight = 34 / kScale;  // [m]
 constexpr double kLowerLegTaper = 0.8;      // width of a lower leg over that of an upper leg
 
-constexpr double kTerrainStep = 14 / kScale;                     // [m]
 constexpr int kTerrainLength = 200;                              // steps
 constexpr double kTerrainHeight = kViewportHeight / kScale / 4;  // height of the start pad [m]
-constexpr int kTerrainGrass = 10;     // exclusive upper bound of the grass between obstacles; steps
-constexpr int kTerrainStartPad = 20;  // flat steps before the first bump
 constexpr double kTerrainFriction = 2.5;
 constexpr double kFlagHeight = 50 / kScale;  // height of the flag's pole [m]
 

@@ -76,7 +76,9 @@ class LocomotionRobot : public PlanarRobot {
       const int end = std::min(range.end, state_size);
       for (int i = range.begin; i < end; ++i) {
         const double value = i < nq ? position()[i] : velocity()[i - nq];
-        const bool is_within = range.interval[0] < value && value < range.interval[1];
+        const GroundBelow below = i == kBaseZ ? ground_below() : GroundBelow{};
+        const bool is_within =
+            range.interval[0] < value - below.ground && value - below.top < range.interval[1];
         if (!is_within) return range.end_reason;
       }
     }
@@ -221,9 +223,12 @@ Registration registration(const Version& version) {
   Registration made;
   made.id = version.id();
   made.parameters = parameters(version);
-  made.world_parameters = physics_parameters(version.kind->joint_damping);
+  made.world_parameters = level_parameters();
+  const std::vector<WorldParameter> physics = physics_parameters(version.kind->joint_damping);
+  made.world_parameters.insert(made.world_parameters.end(), physics.begin(), physics.end());
   made.world_parameters.push_back(lidar_range_parameter(lidar_range(*version.kind)));
   made.world_parameters.push_back(range_noise_parameter());
+  made.check_world = check_level;
   made.push_impulse = version.kind->push_impulse;
   made.max_episode_steps = kMaxEpisodeSteps;
   made.reward_threshold = version.kind->reward_threshold;

@@ -154,9 +154,12 @@ std::string identity(const std::string& xml_file) {
 void refuse_model(const std::string& xml_file, std::string reason) {
   while (!reason.empty() && reason.back() == '\n') reason.pop_back();
   std::replace(reason.begin(), reason.end(), '\n', ' ');
-  constexpr std::size_t kMaxOfPath = 300;  // the reason may repeat the path
-  throw std::invalid_argument("parameter xml_file = " + printable(xml_file, kMaxOfPath) + ": " +
-                              reason);
+  throw std::invalid_argument(describe_model(xml_file) + reason);
+}
+
+std::string describe_model(const std::string& xml_file) {
+  constexpr std::size_t kMaxOfPath = 300;  // a message may repeat the path
+  return "parameter xml_file = " + printable(xml_file, kMaxOfPath) + ": ";
 }
 
 ModelPointer load_model(const std::string& xml_file) {

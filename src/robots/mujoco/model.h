@@ -24,6 +24,9 @@ ModelPointer load_model(const std::string& xml_file);
 /// Returns a hash of the model's binary form, as mj_saveModel writes it.
 std::uint64_t fingerprint(const mjModel& model);
 
+/// Returns how a message about a model begins: with its file's name and a colon.
+std::string describe_model(const std::string& xml_file);
+
 /// @param reason may have several lines, as MuJoCo's messages do
 /// @throws std::invalid_argument with the file's name and the reason, in one line
 [[noreturn]] void refuse_model(const std::string& xml_file, std::string reason);

@@ -118,6 +118,13 @@ class LibraryPhysics : public Physics {
     return "the library" + (fallback_reason_.empty() ? "" : ": " + fallback_reason_);
   }
 
+ protected:
+  /// @param data that the model's state fits into
+  LibraryPhysics(ModelPointer model, DataPointer data)
+      : model_(std::move(model)), data_(std::move(data)) {}
+
+  mjData& mutable_data() { return *data_; }
+
  private:
   ModelPointer model_;
   DataPointer data_;

@@ -154,21 +154,47 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions
 PlanarRobot::PlanarRobot(const PlanarOptions& options)
     : options_(options),
       models_(load_planar_model(options.model)),
-      physics_(make_physics(options, models_.base())),
+      flat_physics_(make_physics(options, models_.base())),
+      physics_(flat_physics_.get()),
       layout_(model()),
       specification_(make_specification(options, layout_, model())),
       lidar_range_(options.lidar_range),
       first_position_(model().nq),
       velocity_before_step_(model().nv) {
   specification_.engine_version += kSteppedBy + physics_->stepper();
+  const std::string refusal = level_refusal(model());
+  if (refusal.empty()) return;
+  for (const WorldParameter& parameter : level_parameters()) {
+    specification_.inapplicable_world_parameters.emplace_back(
+        parameter.name, describe_model(options.model.xml_file) + refusal);
+  }
 }
 
 void PlanarRobot::set_world(const WorldValues& values) {
-  physics_->set_model(models_.model_of(physics_of(values)));
+  const ModelPointer model = models_.model_of(physics_of(values));
+  level_ = level_of(values);
+  choose_physics(model);
   lidar_range_ = value_or(values, "lidar_range", options_.lidar_range);
 }
 
+/// Gives the model to the physics of the world's kind.
+void PlanarRobot::choose_physics(const ModelPointer& model) {
+  if (level_ && !level_physics_) level_physics_ = std::make_unique<LevelPhysics>(model);
+  physics_ = level_ ? level_physics_.get() : flat_physics_.get();
+  physics_->set_model(model);
+}
+
+void PlanarRobot::set_course(const GeneratorState& origin, std::shared_ptr<const Course> course) {
+  course_origin_ = origin;
+  course_ = std::move(course);
+  level_physics_->set_course(course_);
+}
+
 void PlanarRobot::reset(Generator& generator, double* info) {
+  if (level_) {
+    const GeneratorState origin = generator.state();
+    set_course(origin, std::make_shared<Course>(generator, *level_));
+  }
   const double scale = options_.reset_noise_scale;
   // Draws in Gymnasium's order: positions, then velocities.
   for (std::size_t i = 0; i < first_position_.size(); ++i) {
@@ -204,12 +230,13 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
     }
     PlanarRobot& robot = robot_of(**step);
     robot.remember_state();
-    calls[num_calls].physics = robot.physics_.get();
+    calls[num_calls].physics = robot.physics_;
     calls[num_calls].control = (*step)->action;
     calls[num_calls].force = robot.force_of(**step);
     members[num_calls++] = *step;
   }
-  if (num_calls != 0) physics_->step_together(calls.data(), num_calls, options_.frame_skip);
+  // The kernel steps the worlds that it can, and leaves those with a level to the library.
+  if (num_calls != 0) flat_physics_->step_together(calls.data(), num_calls, options_.frame_skip);
   for (std::size_t i = 0; i < num_calls; ++i) {
     RobotStep& step = *members[i];
     if (calls[i].failure) {
@@ -261,6 +288,11 @@ void PlanarRobot::observe(const SensorNoise& noise, double* observation) const {
   write_fractions(ranges.data(), ranges.size(), lidar_range_, end);
 }
 
+GroundBelow PlanarRobot::ground_below() const {
+  if (!level_ || !course_) return {};
+  return course_->below(position()[kBaseX] - model().qpos0[kBaseX]);
+}
+
 void PlanarRobot::remember_state() {
   x_before_step_ = position()[kBaseX];
   std::copy_n(velocity(), model().nv, velocity_before_step_.begin());
@@ -288,6 +320,12 @@ void PlanarRobot::sense(Sensors& sensors) {
 void PlanarRobot::scene(Scene& scene) const {
   constexpr double kTile = 0.5;  // [m]
   constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
+  if (course_ && level_) {
+    const mjModel& base = *models_.base();
+    course_->describe(base.body_pos[3 * layout_.trunk], base.geom_pos[3 * floor_of(base) + 2],
+                      scene);
+    return;
+  }
   scene = {};
   const int* const geoms = model().geom_type;
   const auto plane = std::find(geoms, geoms + model().ngeom, mjGEOM_PLANE) - geoms;
@@ -309,6 +347,9 @@ void PlanarRobot::save(StateWriter& writer) const {
   std::vector<double> values(physics_->state_size());
   physics_->save(values.data());
   writer.numbers(values.data(), values.size());
+  if (!level_) return;
+  writer.number(std::uint8_t{course_ != nullptr});
+  if (course_) writer.numbers(course_origin_.data(), course_origin_.size());
 }
 
 std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& values) {
@@ -323,12 +364,27 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
   reader.numbers(state.data(), state.size());
   const ModelPointer model = models_.model_of(physics_of(values));
   const double lidar_range = value_or(values, "lidar_range", options_.lidar_range);
-  return [this, model, lidar_range, x_before_step, velocity_before_step, state] {
+  const std::optional<Level> level = level_of(values);
+  GeneratorState origin{};
+  std::shared_ptr<const Course> course;
+  if (level && reader.flag()) {
+    reader.numbers(origin.data(), origin.size());
+    course = course_;
+    if (!course_ || level_ != level || origin != course_origin_) {
+      Generator generator(origin);
+      course = std::make_shared<Course>(generator, *level);
+    }
+  }
+  return [this, model, level, origin, course, lidar_range, x_before_step, velocity_before_step,
+          state] {
     lidar_range_ = lidar_range;
     x_before_step_ = x_before_step;
     velocity_before_step_ = velocity_before_step;
-    physics_->set_model(model);
-    physics_->load(state.data());
+    level_ = level;
+    choose_physics(model);
+    if (level) set_course(origin, course);
+    // Without a course the next call is `reset`.
+    if (!level || course) physics_->load(state.data());
   };
 }
 
@@ -340,6 +396,7 @@ void PlanarRobot::set_coordinates(const std::vector<double>& position,
   physics_->save(state.data());
   std::copy(velocity.begin(), velocity.end(),
             std::copy(position.begin(), position.end(), state.begin()));
+  physics_->load(state.data());  // for the boxes of a level that are near this position
   forward(model(), state.data());
   physics_->load(state.data());
   velocity_before_step_ = velocity;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "robots/mujoco/level_physics.h"
 #include "robots/mujoco/lidar.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
@@ -56,7 +57,7 @@ class PlanarRobot : public Robot {
   /// @throws std::runtime_error if the simulation is unstable
   void step(RobotStep& step) override;
   void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
-  std::size_t group_size() const override { return physics_->group_size(); }
+  std::size_t group_size() const override { return flat_physics_->group_size(); }
   void observe(double* observation) const override;
   void observe(const SensorNoise& noise, double* observation) const override;
   void sense(Sensors& sensors) override;
@@ -72,6 +73,8 @@ class PlanarRobot : public Robot {
   /// Current values of MuJoCo's qpos and qvel.
   const double* position() const { return physics_->position(); }
   const double* velocity() const { return physics_->velocity(); }
+  /// Heights below the trunk's origin, relative to those of the floor of the empty world.
+  GroundBelow ground_below() const;
 
  private:
   /// Writes the values that the info has after a reset; the others stay unchanged.
@@ -87,11 +90,18 @@ class PlanarRobot : public Robot {
   void write_first_info(double* info) const;
   void remember_state();
   TrunkForce force_of(const RobotStep& step) const;
+  void choose_physics(const ModelPointer& model);
+  void set_course(const GeneratorState& origin, std::shared_ptr<const Course> course);
   void finish_step(RobotStep& step) const;
 
   PlanarOptions options_;
   WorldModels models_;
-  std::unique_ptr<Physics> physics_;
+  std::unique_ptr<Physics> flat_physics_;
+  std::unique_ptr<LevelPhysics> level_physics_;  // null before the first level
+  Physics* physics_;                             // of the world: one of the two
+  std::optional<Level> level_;                   // of the world; empty: the floor is flat
+  std::shared_ptr<const Course> course_;         // null before the first reset in a level
+  GeneratorState course_origin_{};               // generator state before the course
   Layout layout_;
   Specification specification_;
   double lidar_range_;                        // in this world [m]

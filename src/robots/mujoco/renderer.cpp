@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/limits.h"
+#include "robots/mujoco/level_model.h"
 #include "robots/mujoco/offscreen_context.h"
 
 namespace walker::mujoco {
@@ -178,6 +179,75 @@ void turn_upside_down(std::vector<Value>& rows, std::size_t width) {
   }
 }
 
+// ---------------------------------------------------------------- levels
+
+/// The extent along y of a level's ground [m]. It begins between the tracking camera and the
+/// walker, and ends near the horizon.
+constexpr std::array<double, 2> kGroundDepth{-1, 30};
+
+/// Obstacles are a little larger than the ground, against flicker.
+constexpr double kMargin = 0.002;  // [m]
+
+/// Adds a box whose upper side is the line between two points of the x,z plane.
+void add_box(const std::array<double, 2>& from, const std::array<double, 2>& to, double thickness,
+             double margin, const Color& color, mjvScene& scene) {
+  if (scene.ngeom >= scene.maxgeom) return;
+  const double x = to[0] - from[0];
+  const double z = to[1] - from[1];
+  const double length = std::sqrt(x * x + z * z);
+  if (length == 0) return;
+  const auto [near, far] = kGroundDepth;
+  const std::array<mjtNum, 3> size{length / 2 + margin, (far - near) / 2 + margin,
+                                   thickness / 2 + margin};
+  const std::array<mjtNum, 3> position{(from[0] + to[0]) / 2 + z / length * thickness / 2,
+                                       (near + far) / 2,
+                                       (from[1] + to[1]) / 2 - x / length * thickness / 2};
+  const std::array<mjtNum, 9> rotation{x / length, 0, -z / length, 0, 1, 0,  //
+                                       z / length, 0, x / length};
+  std::array<float, 4> rgba{};
+  // The scene's colours are those of unlit surfaces; the models' light comes from above.
+  constexpr double kShade = 0.7;
+  constexpr float kEmission = 0.4F;
+  std::transform(color.begin(), color.begin() + 3, rgba.begin(),
+                 [](double value) { return static_cast<float>(kShade * value); });
+  rgba[3] = 1;
+  mjvGeom& geom = scene.geoms[scene.ngeom++];
+  mjv_initGeom(&geom, mjGEOM_BOX, size.data(), position.data(), rotation.data(), rgba.data());
+  geom.category = mjCAT_STATIC;  // casts shadows
+  geom.emission = kEmission;
+  geom.specular = 0;
+}
+
+/// Adds a piece of the ground: a slope as a thin box, above an upright one.
+void add_ground(const ScenePolygon& ground, const Color& surface, mjvScene& scene) {
+  constexpr double kCrust = 0.02;  // [m]
+  const std::array<double, 2>& from = ground.points[0];
+  const std::array<double, 2>& to = ground.points[1];
+  const double bottom = ground.points[2][1];
+  const double low = std::min(from[1], to[1]);
+  const bool is_level = from[1] == to[1];
+  const bool is_wall = std::abs(to[1] - from[1]) > 4 * (to[0] - from[0]);
+  if (!is_level && !is_wall) add_box(from, to, kCrust, 0, surface, scene);
+  const double top = is_level ? low : low - kCrust;
+  add_box({from[0], top}, {to[0], top}, top - bottom, 0, is_level ? surface : ground.color, scene);
+}
+
+/// Adds ground and obstacles around the walker, up to the number of shapes that the scene takes.
+void add_level(const Scene& level, double x, mjvScene& scene) {
+  constexpr double kShown = 25;  // on each side of the walker [m]
+  const auto is_shown = [x](const ScenePolygon& polygon) {
+    return polygon.points[0][0] < x + kShown && polygon.points[1][0] > x - kShown;
+  };
+  for (const ScenePolygon& obstacle : level.obstacles) {
+    if (!is_shown(obstacle)) continue;
+    const auto& corners = obstacle.points;  // the lower two first
+    add_box(corners[3], corners[2], corners[3][1] - corners[0][1], kMargin, obstacle.color, scene);
+  }
+  for (std::size_t i = 0; i < level.ground.size(); ++i) {
+    if (is_shown(level.ground[i])) add_ground(level.ground[i], level.surface_colors[i], scene);
+  }
+}
+
 class MujocoRenderer : public Renderer {
  public:
   MujocoRenderer(const PlanarModel& model, std::string robot, const Parameters& camera)
@@ -195,8 +265,13 @@ class MujocoRenderer : public Renderer {
     pose(captured.sensors);
     mjvOption options;
     mjv_defaultOption(&options);
+    const bool has_level = !captured.scene.ground.empty();
+    if (has_level) lower_floor(captured.scene);
     mjv_updateScene(model_.get(), data_.get(), &options, nullptr, &chosen_, mjCAT_ALL,
                     &context_->scene());
+    if (has_level) {
+      add_level(captured.scene, captured.sensors.link_poses.front().position[0], context_->scene());
+    }
     image.camera_pose = optical_frame(context_->scene());
     image.width = camera_.width;
     image.height = camera_.height;
@@ -250,6 +325,12 @@ class MujocoRenderer : public Renderer {
     mj_comPos(model_.get(), data_.get());
     mj_camlight(model_.get(), data_.get());
     mj_tendon(model_.get(), data_.get());
+  }
+
+  /// Moves the model's floor to the lower end of a level's ground.
+  void lower_floor(const Scene& scene) {
+    const int floor = floor_of(*model_);
+    if (floor >= 0) data_->geom_xpos[3 * floor + 2] = scene.ground.front().points[2][1];
   }
 
   /// Inverts the formula of OpenGL's depth buffer.

@@ -17,6 +17,7 @@
 #include "robots/mujoco/other_walker.h"
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/player.h"
+#include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_robot.h"
 
 namespace walker::mujoco {
@@ -85,6 +86,47 @@ std::array<double, 2> momentum(WorldRobot& robot, const std::function<void()>& s
   step();
   const std::array<double, 2> after = centre();
   return {(after[0] - before[0]) / dt, (after[1] - before[1]) / dt};
+}
+
+/// Returns the height of the upper side of ground and obstacles at x.
+double height_in(const Scene& scene, double x) {
+  double height = -1e9;
+  const auto see = [&](const std::array<double, 2>& from, const std::array<double, 2>& to) {
+    if (from[0] > x || to[0] < x || from[0] == to[0]) return;
+    height = std::max(height, from[1] + (x - from[0]) / (to[0] - from[0]) * (to[1] - from[1]));
+  };
+  for (const ScenePolygon& ground : scene.ground) see(ground.points[0], ground.points[1]);
+  for (const ScenePolygon& box : scene.obstacles) see(box.points[3], box.points[2]);
+  return height;
+}
+
+/// Compares a robot after 40 steps with another one that loads its state.
+void expect_continuation(WorldRobot robot, WorldRobot other, const WorldValues& world) {
+  robot.reset(4);
+  other.reset(7);
+  Actions actions("random", 2, static_cast<int>(robot.action_size()));
+  Numbers action;
+  for (int i = 0; i < 40; ++i) {
+    actions.draw(robot.observation(), action);
+    robot.step(action, {i % 5 == 0 ? 10.0 : 0.0, 0});
+  }
+  std::vector<std::byte> bytes;
+  StateWriter writer(bytes);
+  robot.robot->save(writer);
+  StateReader reader(bytes.data(), bytes.size());
+  other.robot->load(reader, world)();
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_EQ(to_bits(other.observation()), to_bits(robot.observation())) << i;
+    Sensors sensors[2];
+    robot.robot->sense(sensors[0]);
+    other.robot->sense(sensors[1]);
+    ASSERT_EQ(to_bits(sensors[0].joint_effort), to_bits(sensors[1].joint_effort));
+    ASSERT_EQ(sensors[0].gravity, sensors[1].gravity);
+    ASSERT_EQ(to_bits(sensors[0].ranges), to_bits(sensors[1].ranges));
+    ASSERT_EQ(sensors[0].maximum_range, sensors[1].maximum_range);
+    actions.draw(robot.observation(), action);
+    for (WorldRobot* each : {&robot, &other}) each->step(action, {0, i % 7 == 0 ? 20.0 : 0.0});
+  }
 }
 
 class RobotTest : public testing::TestWithParam<std::tuple<const char*, const char*>> {
@@ -163,21 +205,25 @@ TEST_P(RobotTest, NoPushIsLeftOver) {
 TEST_P(RobotTest, GymnasiumsValuesGiveGymnasiumsBits) {
   WorldValues defaults;
   for (const WorldParameter& parameter : find_registration(id()).world_parameters) {
-    defaults[parameter.name] = parameter.default_value;
+    if (!std::isnan(parameter.default_value)) defaults[parameter.name] = parameter.default_value;
   }
   WorldRobot plain = make();
   WorldRobot named = make(defaults);
   WorldRobot former = make({{"gravity", -3}, {"mass_scale", 2}, {"joint_damping", 5}});
-  former.reset(1);
-  former.step(idle(former), {5, 5});
-  former.robot->set_world({});
+  WorldRobot climber = make({{"ground_roughness", 3}, {"stair_height", 0.2}});
+  for (WorldRobot* robot : {&former, &climber}) {
+    robot->reset(1);
+    robot->step(idle(*robot), {5, 5});
+    robot->robot->set_world({});
+  }
   Actions actions("random", 1, static_cast<int>(plain.action_size()));
   Numbers action;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
-    for (WorldRobot* robot : {&plain, &named, &former}) robot->reset(seed);
+    for (WorldRobot* robot : {&plain, &named, &former, &climber}) robot->reset(seed);
     for (int i = 0; i < 60; ++i) {
       actions.draw(plain.observation(), action);
-      for (WorldRobot* robot : {&plain, &named, &former}) robot->step(action);
+      for (WorldRobot* robot : {&plain, &named, &former, &climber}) robot->step(action);
+      ASSERT_EQ(to_bits(row(climber)), to_bits(row(plain)));
       ASSERT_EQ(to_bits(row(named)), to_bits(row(plain)));
       ASSERT_EQ(to_bits(row(former)), to_bits(row(plain)));
     }
@@ -186,34 +232,15 @@ TEST_P(RobotTest, GymnasiumsValuesGiveGymnasiumsBits) {
 
 /// A state continues in another robot, with the world's values, whatever its world was.
 TEST_P(RobotTest, SavedStatesContinueInTheirWorld) {
-  const WorldValues world{{"gravity", -4},        {"mass_scale", 1.7},    {"joint_damping", 0.4},
-                          {"friction_scale", .3}, {"motor_strength", .8}, {"lidar_range", 1.5}};
-  WorldRobot robot = make(world);
-  WorldRobot other = make({{"gravity", -30}});
-  robot.reset(4);
-  other.reset(7);
-  Actions actions("random", 2, static_cast<int>(robot.action_size()));
-  Numbers action;
-  for (int i = 0; i < 40; ++i) {
-    actions.draw(robot.observation(), action);
-    robot.step(action, {i % 5 == 0 ? 10.0 : 0.0, 0});
-  }
-  std::vector<std::byte> bytes;
-  StateWriter writer(bytes);
-  robot.robot->save(writer);
-  StateReader reader(bytes.data(), bytes.size());
-  other.robot->load(reader, world)();
-  for (int i = 0; i < 100; ++i) {
-    ASSERT_EQ(to_bits(other.observation()), to_bits(robot.observation())) << i;
-    Sensors sensors[2];
-    robot.robot->sense(sensors[0]);
-    other.robot->sense(sensors[1]);
-    ASSERT_EQ(to_bits(sensors[0].joint_effort), to_bits(sensors[1].joint_effort));
-    ASSERT_EQ(sensors[0].gravity, sensors[1].gravity);
-    ASSERT_EQ(to_bits(sensors[0].ranges), to_bits(sensors[1].ranges));
-    ASSERT_EQ(sensors[1].maximum_range, 1.5);
-    actions.draw(robot.observation(), action);
-    for (WorldRobot* each : {&robot, &other}) each->step(action, {0, i % 7 == 0 ? 20.0 : 0.0});
+  const WorldValues level{{"ground_roughness", 2}, {"pit_gap", 0.3},    {"stump_height", 0.1},
+                          {"stair_height", 0.1},   {"mass_scale", 1.2}, {"obstacle_spacing", 0.4}};
+  const WorldValues physics{{"gravity", -4},        {"mass_scale", 1.7},    {"joint_damping", 0.4},
+                            {"friction_scale", .3}, {"motor_strength", .8}, {"lidar_range", 1.5}};
+  for (const auto& [world, before] :
+       {std::pair(physics, WorldValues{{"gravity", -30}}), std::pair(level, WorldValues{}),
+        std::pair(level, level), std::pair(physics, level),
+        std::pair(level, WorldValues{{"stair_height", 0.3}})}) {
+    expect_continuation(make(world), make(before), world);
   }
 }
 
@@ -227,6 +254,9 @@ TEST_P(RobotTest, GroupsGiveTheSameBits) {
     for (const WorldParameter& parameter : find_registration(id()).world_parameters) {
       if (random.uniform(0, 1) < 0.5) continue;
       world[parameter.name] = random.uniform(parameter.minimum, parameter.maximum);
+    }
+    if (i % 3 == 1) {  // for the kernel
+      for (const WorldParameter& parameter : level_parameters()) world.erase(parameter.name);
     }
     together.push_back(make(i % 3 == 0 ? WorldValues{} : world));
     apart.push_back(make(i % 3 == 0 ? WorldValues{} : world));
@@ -261,11 +291,15 @@ TEST_P(RobotTest, GroupsGiveTheSameBits) {
 /// The physics' limits, all of their combinations, from wild starts.
 TEST_P(RobotTest, IsStableAtTheLimits) {
   std::vector<WorldParameter> parameters = find_registration(id()).world_parameters;
-  const auto is_lidar = [](const WorldParameter& parameter) {
-    return parameter.name == "lidar_range" || parameter.name == "range_noise";
+  const auto is_other = [](const WorldParameter& parameter) {
+    const std::vector<WorldParameter> levels = level_parameters();
+    return parameter.name == "lidar_range" || parameter.name == "range_noise" ||
+           std::any_of(levels.begin(), levels.end(),
+                       [&](const WorldParameter& level) { return level.name == parameter.name; });
   };
-  parameters.erase(std::remove_if(parameters.begin(), parameters.end(), is_lidar),
+  parameters.erase(std::remove_if(parameters.begin(), parameters.end(), is_other),
                    parameters.end());
+  ASSERT_EQ(parameters.front().name, "gravity");
   for (unsigned corner = 0; corner < 1U << parameters.size(); ++corner) {
     WorldValues world;
     for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -284,6 +318,91 @@ TEST_P(RobotTest, IsStableAtTheLimits) {
           ASSERT_TRUE(std::isfinite(value)) << "corner " << corner;
         }
       }
+    }
+  }
+}
+
+/// Random actions from all along the course, in levels at each parameter's limits and between.
+TEST_P(RobotTest, IsStableInLevels) {
+  Generator random(7);
+  std::vector<WorldValues> levels;
+  for (const WorldParameter& parameter : level_parameters()) {
+    for (const double value : {parameter.minimum, parameter.maximum}) {
+      levels.push_back({{parameter.name, value}});
+      if (parameter.name == "obstacle_spacing") {
+        levels.back()["stump_height"] = 0.2;
+        levels.push_back({{parameter.name, value}, {"pit_gap", 0.5}});
+      }
+    }
+  }
+  for (int i = 0; i < 40; ++i) levels.push_back(random_level(random));
+  WorldRobot robot = make();
+  Numbers action(robot.action_size());
+  for (const WorldValues& level : levels) {
+    SCOPED_TRACE(to_string(as_numbers(level)));
+    robot.robot->set_world(level);
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+      robot.reset(seed);
+      Scene scene;
+      robot.robot->scene(scene);
+      for (int i = 0; i < 100; ++i) {
+        if (i % 50 == 25 && level_of(level)) {
+          Numbers place(kBaseJoints + robot.action_size());
+          place[kBaseX] = random.uniform(0, 100);
+          place[kBaseZ] = 1.3 + height_in(scene, place[kBaseX]);
+          robot.place(place);
+        }
+        for (double& value : action) value = random.uniform(-1, 1);
+        ASSERT_NO_THROW(robot.step(action, {random.uniform(-5, 10), random.uniform(-5, 10)}));
+        for (const double value : robot.observation()) ASSERT_TRUE(std::isfinite(value));
+      }
+    }
+  }
+}
+
+/// A walker over a pit falls until its torso is too low above the rims.
+TEST_P(RobotTest, APitEndsTheEpisode) {
+  const KernelVariable variable(std::get<1>(GetParam()));
+  WorldRobot robot(id(), {{"exclude_current_positions_from_observation", false}}, {{"pit_gap", 2}});
+  WorldRobot endless = make({{"pit_gap", 2}});
+  const bool is_hopper = std::string(id()).find("Hopper") == 0;
+  const double limit = is_hopper ? 0.7 : 0.8;
+  for (WorldRobot* each : {&robot, &endless}) {
+    each->reset(1);
+    Numbers over(kBaseJoints + each->action_size());
+    over[kBaseX] = 3.2;
+    over[kBaseZ] = 1.25;
+    each->place(over);
+  }
+  for (int i = 0; i < 100 && !robot.result.terminated; ++i) {
+    EXPECT_GT(robot.observation()[kBaseZ], limit);
+    robot.step(idle(robot));
+  }
+  ASSERT_TRUE(robot.result.terminated);
+  EXPECT_EQ(robot.result.end_reason, std::string("the torso's height left healthy_z_range"));
+  EXPECT_LT(robot.observation()[kBaseZ], limit);
+  for (int i = 0; i < 300; ++i) endless.step(idle(endless));
+  EXPECT_GT(endless.observation()[kBaseZ], -0.9) << "a pit has a bottom";
+  EXPECT_LT(endless.observation()[kBaseZ], 0.4);
+}
+
+/// Health is measured from the ground below: a tread far up or down is healthy ground.
+TEST_P(RobotTest, HealthIsMeasuredFromTheGround) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    WorldRobot robot = make({{"stair_height", 0.5}, {"stair_steps", 9}, {"stair_width", 1}});
+    robot.reset(seed);
+    Scene scene;
+    robot.robot->scene(scene);
+    for (double x = 2.5; x < 60; x += 1.7) {
+      const double height = height_in(scene, x);
+      Numbers place(kBaseJoints + robot.action_size());
+      place[kBaseX] = x;
+      place[kBaseZ] = height + 1.25;
+      robot.place(place);
+      EXPECT_EQ(robot.robot->is_healthy(), true) << x << " " << height;
+      place[kBaseZ] = height + 0.65;
+      robot.place(place);
+      EXPECT_EQ(robot.robot->is_healthy(), false);
     }
   }
 }

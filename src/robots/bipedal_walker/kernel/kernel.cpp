@@ -38,6 +38,7 @@ bool has_rotations_of_library(const Kernel& kernel) {
 /// Terrain rougher than Gymnasium's, for contacts at all angles from the first steps on.
 Terrain rough_ground(Generator& generator) {
   Terrain terrain;
+  terrain.ground.resize(kTerrainLength);
   for (std::size_t i = 0; i < terrain.ground.size(); ++i) {
     terrain.ground[i] = {static_cast<double>(i) * kTerrainStep,
                          kTerrainHeight + generator.uniform(-0.3, 0.3)};

@@ -1,0 +1,360 @@
+#include "robots/level.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "base/shortest_text.h"
+
+namespace walker {
+namespace {
+
+enum class Section { grass, stump, stairs, pit };
+
+constexpr double kScale = 30;  // of Gymnasium's slopes [1/m]
+
+double sign(double value) { return static_cast<double>((value > 0) - (value < 0)); }
+
+/// Lengths in steps are compared with this tolerance, so that 4 steps can be given as 1.8666667 m.
+constexpr double kTolerance = 1e-6;
+
+double floor_of(double steps) { return std::floor(steps + kTolerance); }
+
+std::int64_t ceiling_of(double steps) {
+  return static_cast<std::int64_t>(std::ceil(steps - kTolerance));
+}
+
+/// State machine that generates the ground from left to right, section by section.
+class TerrainGenerator {
+ public:
+  TerrainGenerator(Generator& generator, const CourseSize& size, bool hardcore, const Level& level)
+      : generator_(generator),
+        level_(level),
+        size_(size),
+        column_(size.column),
+        pit_depth_(kPitDepth * size.column),
+        // Gymnasium's slopes are metres per column of kTerrainStep.
+        slope_factor_(level.ground_roughness * (size.column / kTerrainStep)),
+        y_(size.start_height) {
+    // The order of the kinds is that of the numbers that Gymnasium and POET draw.
+    terrain_.obstacles_are_gymnasiums = !level.has_obstacles();
+    hardcore = hardcore && terrain_.obstacles_are_gymnasiums;
+    if (hardcore || level.stumps) add_kind(Section::stump);
+    if (hardcore || level.stairs) add_kind(Section::stairs);
+    if (hardcore || level.pit_gap) add_kind(Section::pit);
+  }
+
+  Terrain generate() {
+    terrain_.ground.resize(static_cast<std::size_t>(size_.num_columns));
+    for (int i = 0; i < size_.num_columns; ++i) {
+      const double x = i * column_;
+      setback_ = 0;
+      if (entering_) {
+        enter_section(x);
+      } else {
+        continue_section(i);
+      }
+      terrain_.ground[static_cast<std::size_t>(i)] = {x - setback_, y_};
+      choose_next_section();
+    }
+    if (!level_.is_gymnasiums()) set_bottom();
+    return std::move(terrain_);
+  }
+
+ private:
+  void add_kind(Section kind) { kinds_[static_cast<std::size_t>(num_kinds_++)] = kind; }
+
+  void enter_section(double x) {
+    switch (section_) {
+      case Section::grass:
+        return;
+      case Section::stump:
+        return enter_stump(x);
+      case Section::stairs:
+        return enter_stairs(x);
+      case Section::pit:
+        return enter_pit(x);
+    }
+  }
+
+  void continue_section(int i) {
+    switch (section_) {
+      case Section::grass:
+        velocity_ = 0.8 * velocity_ + 0.01 * sign(size_.start_height - y_);
+        if (i > kTerrainStartPad) velocity_ += generator_.uniform(-1, 1) / kScale;
+        y_ += slope_factor_ * velocity_;
+        break;
+      case Section::stump:
+        break;
+      case Section::stairs:
+        y_ = level_.stairs ? height_beside(*level_.stairs) : height_beside_gymnasiums_stairs();
+        break;
+      case Section::pit:
+        y_ = section_y_;
+        if (remaining_ > 1) y_ -= pit_depth_;
+        if (remaining_ == 1) setback_ = pit_setback_;
+        break;
+    }
+  }
+
+  void enter_pit(double x) {
+    section_y_ = y_;
+    if (level_.pit_gap) {
+      // POET's parameter is the gap in steps, to which it adds the width of the first wall.
+      const double to_second_wall = 1 + *level_.pit_gap / column_;
+      begin_obstacle(ObstacleKind::pit, x, x + (to_second_wall + 1) * column_);
+      remaining_ = ceiling_of(to_second_wall);
+      pit_setback_ = (static_cast<double>(remaining_) - to_second_wall) * column_;
+      add_box(x, y_ - pit_depth_, column_, pit_depth_);
+      add_box(x + to_second_wall * column_, y_ - pit_depth_, column_, pit_depth_);
+      remaining_ += 2;
+      return;
+    }
+    remaining_ = generator_.integers(3, 5);
+    std::array<Point, 4> wall{
+        {{x, y_}, {x + column_, y_}, {x + column_, y_ - pit_depth_}, {x, y_ - pit_depth_}}};
+    terrain_.obstacles.push_back(wall);
+    for (Point& point : wall) point.x += column_ * static_cast<double>(remaining_);
+    terrain_.obstacles.push_back(wall);
+    remaining_ += 2;
+  }
+
+  void enter_stump(double x) {
+    if (level_.stumps) {
+      const auto& [width, height, clearance] = *level_.stumps;
+      remaining_ = ceiling_of(width / column_);
+      begin_obstacle(ObstacleKind::stump, x, x + width);
+      add_box(x, y_ + clearance, width, height);
+      return;
+    }
+    remaining_ = generator_.integers(1, 3);
+    const double size = static_cast<double>(remaining_) * column_;
+    add_box(x, y_, size, size);
+  }
+
+  void enter_stairs(double x) {
+    stair_height_ = generator_.random() > 0.5 ? +1 : -1;
+    section_y_ = y_;
+    if (level_.stairs) {
+      const auto& [width, rise, num_treads] = *level_.stairs;
+      begin_obstacle(ObstacleKind::stairs, x, x + num_treads * width);
+      for (int s = 0; s < num_treads; ++s) {
+        const double top = y_ + s * rise * static_cast<double>(stair_height_);
+        add_box(x + s * width, top - rise, width, rise);
+      }
+      remaining_ = ceiling_of(num_treads * width / column_) + 1;
+      stair_columns_ = remaining_;
+      return;
+    }
+    stair_width_ = generator_.integers(4, 5);
+    stair_steps_ = generator_.integers(3, 5);
+    for (std::int64_t s = 0; s < stair_steps_; ++s) {
+      const double left = x + static_cast<double>(s * stair_width_) * column_;
+      const double right = x + static_cast<double>((1 + s) * stair_width_) * column_;
+      const double top = y_ + static_cast<double>(s * stair_height_) * column_;
+      const double bottom = y_ + static_cast<double>(-1 + s * stair_height_) * column_;
+      terrain_.obstacles.push_back({{{left, top}, {right, top}, {right, bottom}, {left, bottom}}});
+    }
+    remaining_ = stair_steps_ * stair_width_;
+  }
+
+  double height_beside_gymnasiums_stairs() const {
+    const auto step = static_cast<double>(stair_steps_ * stair_width_ - remaining_ - stair_height_);
+    const double n = step / static_cast<double>(stair_width_);
+    return section_y_ + (n * static_cast<double>(stair_height_)) * column_;
+  }
+
+  /// Returns the ground's height: the top of the tread on the way up, its lower end on the way
+  /// down.
+  double height_beside(const Stairs& stairs) const {
+    const auto column = static_cast<double>(stair_columns_ - 1 - remaining_);
+    const double tread = std::min(floor_of(column * column_ / stairs.tread_width),
+                                  static_cast<double>(stairs.num_treads - 1));
+    return section_y_ + (stair_height_ > 0 ? tread : -(tread + 1)) * stairs.rise;
+  }
+
+  void begin_obstacle(ObstacleKind kind, double left, double right) {
+    terrain_.of_level.push_back({kind, left, right, y_, terrain_.obstacles.size(), 0});
+  }
+
+  /// Adds a box to a level's obstacle.
+  void add_box(double left, double bottom, double width, double height) {
+    if (!terrain_.obstacles_are_gymnasiums) ++terrain_.of_level.back().num_boxes;
+    terrain_.obstacles.push_back({{{left, bottom},
+                                   {left + width, bottom},
+                                   {left + width, bottom + height},
+                                   {left, bottom + height}}});
+  }
+
+  /// Gymnasium's picture of the ground ends at 0, above which all of a level may not be.
+  void set_bottom() {
+    for (const Point& point : terrain_.ground) {
+      terrain_.bottom = std::min(terrain_.bottom, point.y - size_.start_height);
+    }
+  }
+
+  void choose_next_section() {
+    entering_ = false;
+    --remaining_;
+    if (remaining_ != 0) return;
+    if (level_.obstacle_spacing) {
+      remaining_ = std::max(std::lround(*level_.obstacle_spacing / column_), 1L);
+    } else {
+      remaining_ = generator_.integers(kTerrainGrass / 2, kTerrainGrass);
+    }
+    const bool obstacle_next = section_ == Section::grass && num_kinds_ != 0;
+    section_ = Section::grass;
+    if (obstacle_next) {
+      section_ = kinds_[static_cast<std::size_t>(generator_.integers(1, 1 + num_kinds_) - 1)];
+    }
+    entering_ = true;
+  }
+
+  Generator& generator_;
+  const Level& level_;
+  const CourseSize& size_;
+  double column_;                   // width [m]
+  double pit_depth_;                // [m]
+  double slope_factor_;             // of Gymnasium's slopes
+  std::array<Section, 3> kinds_{};  // of obstacles
+  std::int64_t num_kinds_ = 0;
+  Terrain terrain_;
+  Section section_ = Section::grass;
+  bool entering_ = false;                      // this step is the first of its section
+  std::int64_t remaining_ = kTerrainStartPad;  // remaining steps of the section
+  double y_;
+  double velocity_ = 0;     // slope of the grass, metres per step
+  double section_y_ = 0;    // ground height at the start of the obstacle [m]
+  double setback_ = 0;      // distance of the ground's point from its column, to the left [m]
+  double pit_setback_ = 0;  // of the point behind the pit [m]
+  std::int64_t stair_columns_ = 0;  // of a level's stairs
+  std::int64_t stair_steps_ = 0;
+  std::int64_t stair_width_ = 0;
+  std::int64_t stair_height_ = 0;  // +1 up, -1 down
+};
+
+auto numbers_of(const Stumps& stumps) {
+  return std::tie(stumps.width, stumps.height, stumps.clearance);
+}
+
+auto numbers_of(const Stairs& stairs) {
+  return std::tie(stairs.tread_width, stairs.rise, stairs.num_treads);
+}
+
+template <typename Obstacles>
+bool are_equal(const std::optional<Obstacles>& a, const std::optional<Obstacles>& b) {
+  return a ? b && numbers_of(*a) == numbers_of(*b) : !b;
+}
+
+template <typename Values>
+bool has_any(const Values& values, std::initializer_list<const char*> names) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](const char* name) { return values.count(name) != 0; });
+}
+
+template <typename Values>
+bool has_stumps(const Values& values) {
+  return has_any(values, {"stump_width", "stump_height", "stump_float"});
+}
+
+template <typename Values>
+bool has_stairs(const Values& values) {
+  return has_any(values, {"stair_width", "stair_height", "stair_steps"});
+}
+
+double high_or(const World& world, const char* name, double absent) {
+  const auto found = world.find(name);
+  return found == world.end() ? absent : found->second.high;
+}
+
+}  // namespace
+
+bool operator==(const Level& a, const Level& b) {
+  return a.ground_roughness == b.ground_roughness && a.obstacle_spacing == b.obstacle_spacing &&
+         a.pit_gap == b.pit_gap && are_equal(a.stumps, b.stumps) && are_equal(a.stairs, b.stairs);
+}
+
+Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
+                         const Level& level) {
+  return TerrainGenerator(generator, size, hardcore, level).generate();
+}
+
+Level level_of(const WorldValues& values, const CourseSize& size, double roughness) {
+  Level level;
+  level.ground_roughness = value_or(values, "ground_roughness", roughness);
+  const auto optional = [&](const char* name) {
+    const auto found = values.find(name);
+    return found == values.end() ? std::nullopt : std::optional<double>(found->second);
+  };
+  level.obstacle_spacing = optional("obstacle_spacing");
+  level.pit_gap = optional("pit_gap");
+  if (has_stumps(values)) {
+    level.stumps = {value_or(values, "stump_width", size.stumps.width),
+                    value_or(values, "stump_height", size.stumps.height),
+                    value_or(values, "stump_float", size.stumps.clearance)};
+  }
+  if (has_stairs(values)) {
+    level.stairs = {value_or(values, "stair_width", size.stairs.tread_width),
+                    value_or(values, "stair_height", size.stairs.rise),
+                    static_cast<int>(value_or(values, "stair_steps", size.stairs.num_treads))};
+  }
+  return level;
+}
+
+std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const LevelTexts& texts) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const std::string pits = "Pits" + texts.instead + ": ";
+  const std::string stumps = "Stumps" + texts.instead + ": ";
+  const std::string stairs = "Stairs, up or down" + texts.instead + ": ";
+  const std::string column = ", " + texts.column + " if only other sizes are named.";
+  const auto [min_width, max_width] = limits.stump_width;
+  const auto [min_height, max_height] = limits.stump_height;
+  const auto [min_tread, max_tread] = limits.tread_width;
+  const auto [min_rise, max_rise] = limits.rise;
+  const auto [min_spacing, max_spacing] = limits.spacing;
+  return {
+      {"ground_roughness", "", texts.roughness, limits.roughness, 0, limits.max_roughness},
+      {"pit_gap", "m", pits + "distance between the two walls.", kNone, 0, limits.max_gap},
+      {"stump_width", "m", stumps + "width" + column, kNone, min_width, max_width},
+      {"stump_height", "m", stumps + "height" + column, kNone, min_height, max_height},
+      {"stump_float", "m", stumps + "height above the ground, 0 if only other sizes are named.",
+       kNone, 0, limits.max_float},
+      {"stair_width", "m",
+       stairs + "width of a step, " + texts.tread + " if only other sizes are named.", kNone,
+       min_tread, max_tread},
+      {"stair_height", "m", stairs + "height of a step" + column, kNone, min_rise, max_rise},
+      {"stair_steps", "",
+       stairs + "number of steps, the first level with the ground if they go up; 3 if only other "
+                "sizes are named.",
+       kNone, 1, 10, true},
+      {"obstacle_spacing", "m", texts.spacing, kNone, min_spacing, max_spacing},
+  };
+}
+
+void check_level(const World& world, const CourseSize& size, bool hardcore,
+                 const std::string& advice) {
+  if (has_stairs(world)) {
+    const double width = high_or(world, "stair_width", size.stairs.tread_width);
+    const double steps = high_or(world, "stair_steps", size.stairs.num_treads);
+    if (steps * width > size.obstacle_course()) {
+      throw std::invalid_argument(
+          "stair_steps = " + shortest_text(steps) + " of stair_width = " + shortest_text(width) +
+          " m: the stairs would be " + shortest_text(steps * width) + " m long; must be at most " +
+          shortest_text(size.obstacle_course()) + " m, the length of the course");
+    }
+  }
+  const bool has_obstacles =
+      hardcore || has_stumps(world) || has_stairs(world) || world.count("pit_gap") != 0;
+  const auto spacing = world.find("obstacle_spacing");
+  if (spacing != world.end() && !has_obstacles) {
+    throw std::invalid_argument("obstacle_spacing = " + shortest_text(spacing->second.high) +
+                                " m: has no effect without obstacles; name also sizes of pits, "
+                                "stumps or stairs" +
+                                advice);
+  }
+}
+
+}  // namespace walker

@@ -1,0 +1,138 @@
+// Levels of worlds: ground and obstacles along a course, drawn from a random generator.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/random.h"
+#include "walker_sim/world.h"
+
+namespace walker {
+
+// Gymnasium's constants (gymnasium/envs/box2d, 1.4.0). Courses of other sizes have its proportions.
+constexpr double kTerrainStep = 14 / 30.0;  // width of a column [m]
+constexpr int kTerrainGrass = 10;     // exclusive upper bound of the grass between obstacles; steps
+constexpr int kTerrainStartPad = 20;  // flat steps before the first bump
+
+/// A point of the plane of motion: x forward, y up [m].
+struct Point {
+  double x;
+  double y;
+};
+
+/// A box on the ground, or above it.
+struct Stumps {
+  double width;      ///< [m]
+  double height;     ///< [m]
+  double clearance;  ///< between ground and box [m]
+};
+
+/// Flights of stairs, up or down.
+struct Stairs {
+  double tread_width;  ///< [m]
+  double rise;         ///< of each tread [m]
+  int num_treads;
+};
+
+/// A world's level. Obstacles of an episode have equal sizes. Any kind of obstacle that is given
+/// replaces hardcore's.
+struct Level {
+  double ground_roughness = 1;             ///< factor of the slopes of Gymnasium's grass
+  std::optional<double> obstacle_spacing;  ///< grass between obstacles [m]; absent: drawn
+  std::optional<double> pit_gap;           ///< between a pit's walls [m]
+  std::optional<Stumps> stumps;
+  std::optional<Stairs> stairs;
+
+  bool has_obstacles() const { return pit_gap || stumps || stairs; }
+  bool is_gymnasiums() const {
+    return ground_roughness == 1 && !obstacle_spacing && !has_obstacles();
+  }
+};
+
+bool operator==(const Level& a, const Level& b);
+inline bool operator!=(const Level& a, const Level& b) { return !(a == b); }
+
+/// Sizes of one robot's courses, and of the obstacles of which a world names only other sizes.
+struct CourseSize {
+  int num_columns;
+  double column;        ///< width of a column [m]
+  double start_height;  ///< of the ground at the start [m]
+  Stumps stumps;
+  Stairs stairs;
+
+  /// Between the start pad and the far end [m].
+  double obstacle_course() const {
+    return (num_columns - kTerrainGrass - kTerrainStartPad) * column;
+  }
+};
+
+/// Depth of a pit [columns].
+constexpr int kPitDepth = 4;
+
+enum class ObstacleKind { stump, stairs, pit };
+
+/// An obstacle of a level, made of one or more boxes: a stump, the treads of a flight or the walls
+/// of a pit.
+struct Obstacle {
+  ObstacleKind kind;
+  double left;    ///< [m]
+  double right;   ///< [m]
+  double ground;  ///< height of the ground on the left [m]
+  std::size_t first_box;
+  std::size_t num_boxes;
+};
+
+struct Terrain {
+  std::vector<Point> ground;                    ///< each point is joined to the next by an edge
+  std::vector<std::array<Point, 4>> obstacles;  ///< boxes: pit walls, stumps, stairs; left to right
+  std::vector<Obstacle> of_level;               ///< the obstacles that a level has
+  bool obstacles_are_gymnasiums = true;         ///< false: a level's
+  double bottom = 0;                            ///< lower end of the ground's picture [m]
+};
+
+/// Draws exactly what Gymnasium's `_generate_terrain` draws, in its order. A level's obstacles are
+/// those of POET (uber-research/poet), which draws their sizes.
+/// @param hardcore whether the terrain has stumps, stairs and pits
+Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
+                         const Level& level);
+
+/// @param roughness of a world that does not name it
+Level level_of(const WorldValues& values, const CourseSize& size, double roughness);
+
+/// Limits of a level's parameters.
+struct LevelLimits {
+  double roughness;  ///< default
+  double max_roughness;
+  double max_gap;                      ///< [m]
+  std::array<double, 2> stump_width;   ///< [m]
+  std::array<double, 2> stump_height;  ///< [m]
+  double max_float;                    ///< [m]
+  std::array<double, 2> tread_width;   ///< [m]
+  std::array<double, 2> rise;          ///< [m]
+  std::array<double, 2> spacing;       ///< [m]
+};
+
+/// Texts for the descriptions of a level's parameters.
+struct LevelTexts {
+  std::string roughness;  ///< description of ground_roughness
+  std::string instead;    ///< what the obstacles replace, such as ", in place of hardcore's"
+  std::string column;     ///< default size of stumps and rise of stairs, such as "14/30 m"
+  std::string tread;      ///< default width of a tread
+  std::string spacing;    ///< description of obstacle_spacing
+};
+
+std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const LevelTexts& texts);
+
+/// Refuses obstacles that are longer than the course, and a spacing without obstacles.
+/// @param hardcore whether the environment has obstacles of its own
+/// @param advice   where else there are obstacles; empty: nowhere
+/// @throws std::invalid_argument naming the parameters, their values and what is allowed
+void check_level(const World& world, const CourseSize& size, bool hardcore,
+                 const std::string& advice);
+
+}  // namespace walker
