@@ -12,8 +12,10 @@
 #include <string>
 #include <vector>
 
+#include "base/random.h"
 #include "bits.h"
 #include "kernel_variable.h"
+#include "robots/mujoco/course.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
@@ -82,6 +84,66 @@ TEST_P(LidarTest, MeasuresTheFloor) {
       }
     }
   }
+}
+
+/// Distance along a ray in the plane from outside to a turned box; infinity: no hit.
+double distance_to(const CourseBox& box, const Vector3& origin, double angle) {
+  const auto [along, up] = box.direction;
+  const double x = origin[0] - box.center[0];
+  const double z = origin[2] - box.center[1];
+  const double towards_x = std::sin(angle);
+  const double towards_z = -std::cos(angle);
+  const std::array<double, 2> from{x * along + z * up, z * along - x * up};
+  const std::array<double, 2> towards{towards_x * along + towards_z * up,
+                                      towards_z * along - towards_x * up};
+  double enters = 0;
+  double leaves = kInfinity;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    const double a = (-box.half_size[axis] - from[axis]) / towards[axis];
+    const double b = (box.half_size[axis] - from[axis]) / towards[axis];
+    enters = std::max(enters, std::min(a, b));
+    leaves = std::min(leaves, std::max(a, b));
+  }
+  return enters <= leaves ? enters : kInfinity;
+}
+
+TEST_P(LidarTest, MeasuresLevels) {
+  const WorldValues values{{"ground_roughness", 3}, {"pit_gap", 0.4},      {"stump_height", 0.2},
+                           {"stair_height", 0.15},  {"stair_width", 0.25}, {"stump_float", 0.3}};
+  WorldRobot robot(GetParam(), kWithLidar, values);
+  int num_hits = 0;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    robot.reset(seed);
+    Generator generator(seed);
+    const Course course(generator, *level_of(values));
+    for (double x = -3; x < 60; x += 0.37) {
+      for (const double clearance : {0.2, 1.25, 2.0}) {
+        const Vector3 origin{x, 0, course.below(x).top + clearance};
+        robot.place(pose(robot, x, origin[2], 0.3));
+        Sensors sensors;
+        robot.robot->sense(sensors);
+        const Numbers fractions = observed_fractions(robot);
+        for (std::size_t i = 0; i < kLidarRays; ++i) {
+          double expected = kInfinity;
+          for (const CourseBox& box : course.boxes()) {
+            const double angle = 0.15 * static_cast<double>(i);
+            expected = std::min(expected, distance_to(box, origin, angle));
+          }
+          if (std::abs(expected - kRange) < 1e-6) continue;
+          if (expected > kRange) {
+            ASSERT_EQ(sensors.ranges[i], kInfinity)
+                << "seed " << seed << " at " << x << " ray " << i;
+            continue;
+          }
+          ++num_hits;
+          ASSERT_NEAR(sensors.ranges[i], expected, 1e-9)
+              << "seed " << seed << " at " << x << " ray " << i;
+          ASSERT_EQ(fractions[i], sensors.ranges[i] / kRange);
+        }
+      }
+    }
+  }
+  EXPECT_GT(num_hits, 8000);
 }
 
 TEST_P(LidarTest, HasTheWorldsRange) {
