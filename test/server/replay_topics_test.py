@@ -19,7 +19,10 @@ from server_harness import ServerTest, run_program
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
-WORLD = "{gravity: [-12, -8], push_interval: 0.04, action_delay: [0.02, 0.1], dropout: 0.1}"
+WORLD = (
+    "{ground_roughness: [1.5, 2], gravity: [-12, -8], push_interval: 0.04,"
+    " action_delay: [0.02, 0.1], dropout: 0.1}"
+)
 
 
 def replay(*arguments):
