@@ -28,8 +28,8 @@ struct Measurements {
 ///
 /// From a simulated walker's measurements it reproduces the environment's observation up to
 /// rounding: each value within 1.2e-7 (2^-23, single precision) for BipedalWalker and for ranges,
-/// which a scan has in single precision, and within 1e-12 for the rest of Walker2d and Hopper. Tests
-/// check these bounds.
+/// which a scan has in single precision, and within 1e-12 for the rest of Walker2d and Hopper.
+/// Tests check these bounds.
 class WALKER_SIM_EXPORT ObservationBuilder {
  public:
   ObservationBuilder() = default;

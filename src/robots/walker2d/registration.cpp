@@ -54,7 +54,7 @@ std::vector<Registration> registrations() {
   kind.num_hinges = 6;
   // RK4 is stable up to 2.78 armature / timestep = 13.9 N m s, whatever the masses are.
   kind.joint_damping = {0.1, 10};
-  kind.push_impulse = 12;  // changes the velocity of its 23.7 kg by 0.5 m/s
+  kind.push_impulse = 12;               // changes the velocity of its 23.7 kg by 0.5 m/s
   kind.leg_length = 0.45 + 0.5 + 0.06;  // thigh, leg, radius of the foot: lidar range 2.376 m
   kind.camera_distance = 4;
   kind.healthy_ranges = mujoco::torso_ranges("walker", {0.8, 2.0}, {-1.0, 1.0});

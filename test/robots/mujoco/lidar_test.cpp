@@ -45,7 +45,7 @@ LidarRanges ranges_above(double height, double maximum) {
 
 Numbers observed_fractions(const WorldRobot& robot) {
   const Numbers all = robot.observation();
-  return {all.end() - kLidarRays, all.end()};
+  return Numbers(all.end() - kLidarRays, all.end());
 }
 
 Numbers pose(const WorldRobot& robot, double x, double z, double pitch) {
