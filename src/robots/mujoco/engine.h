@@ -19,7 +19,7 @@ using DataPointer = std::unique_ptr<mjData, DeleteData>;
 
 /// Returns a row of a MuJoCo array, such as the 3 coordinates of a position.
 template <typename T>
-const T* at(const T* array, int index, int width) {
+T* at(T* array, int index, int width) {
   return array + static_cast<std::ptrdiff_t>(index) * width;
 }
 

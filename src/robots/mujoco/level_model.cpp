@@ -60,6 +60,13 @@ int find_pair(const mjModel& m, int geom1, int geom2) {
   return -1;
 }
 
+/// Returns the share of the first of two geoms in their contact's parameters, by their `solmix`.
+mjtNum weight_of(mjtNum first, mjtNum second) {
+  if (first >= mjMINVAL && second >= mjMINVAL) return first / (first + second);
+  if (first < mjMINVAL && second < mjMINVAL) return 0.5;
+  return first < mjMINVAL ? 0 : 1;
+}
+
 /// Returns an upper bound of the distance of the geom's farthest point from the trunk's origin, in
 /// any pose. Consecutive anchors of the joints between them, and the last anchor and the geom, have
 /// constant distances.
@@ -128,7 +135,7 @@ LevelModel::LevelModel(ModelPointer source) : source_(std::move(source)), model_
   const std::vector<FloorContact> contacts = floor_contacts(m);
   if (contacts.empty()) throw std::logic_error("a level needs a floor");
   const DataPointer data = data_at_reference(m);
-  origin_ = {m.body_pos[3 * m.jnt_bodyid[kBaseX]], m.geom_pos[3 * floor + 2]};
+  origin_ = {at(m.body_pos, m.jnt_bodyid[kBaseX], 3)[0], at(m.geom_pos, floor, 3)[2]};
   motion_ = kMaxSpeed * m.opt.timestep;
   reach_ = kSensing;
   int max_dim = 1;
@@ -162,6 +169,7 @@ LevelModel::LevelModel(ModelPointer source) : source_(std::move(source)), model_
 }
 
 /// Gives the arrays of geoms and pairs room for the boxes and the pairs with them.
+// MuJoCo's macro lists all arrays. NOLINTNEXTLINE(readability-function-size)
 void LevelModel::extend_arrays(int num_rows) {
   const auto extend = [this](auto*& array, int rows, int more_rows, int width) {
     using Value = std::remove_reference_t<decltype(*array)>;
@@ -184,7 +192,7 @@ void LevelModel::extend_arrays(int num_rows) {
 /// Moves the floor far down, and gives its properties to the boxes' geoms, which no filter of the
 /// engine's may find: `body_geomnum` does not count them.
 void LevelModel::replace_floor(int floor) {
-  model_.geom_pos[3 * floor + 2] -= kFarDown;
+  at(model_.geom_pos, floor, 3)[2] -= kFarDown;
   model_.geom_sameframe[floor] = 0;
   for (int geom = source_->ngeom; geom < source_->ngeom + max_boxes_; ++geom) {
     model_.geom_type[geom] = mjGEOM_BOX;
@@ -192,8 +200,8 @@ void LevelModel::replace_floor(int floor) {
     model_.geom_dataid[geom] = -1;
     model_.geom_matid[geom] = -1;
     model_.geom_group[geom] = model_.geom_group[floor];
-    model_.geom_rgba[4 * geom + 3] = 1;  // a ray does not hit transparent geoms
-    std::copy_n(at(model_.geom_friction, floor, 3), 3, &model_.geom_friction[3 * geom]);
+    at(model_.geom_rgba, geom, 4)[3] = 1;  // a ray does not hit transparent geoms
+    std::copy_n(at(model_.geom_friction, floor, 3), 3, at(model_.geom_friction, geom, 3));
   }
 }
 
@@ -212,54 +220,38 @@ LevelModel::Pair LevelModel::pair_of(int pair) const {
   return made;
 }
 
-/// Returns the contact's parameters, for contacts that the engine finds those of mj_collideGeoms.
-LevelModel::Pair LevelModel::pair_with_floor(const FloorContact& contact, int floor) const {
+/// Returns the parameters of a contact that the engine finds, as mj_collideGeoms does.
+LevelModel::Pair LevelModel::found_pair(int geom, int floor) const {
   const mjModel& m = *source_;
+  const int first = m.geom_priority[geom] > m.geom_priority[floor] ? geom : floor;
+  const int second = m.geom_priority[geom] < m.geom_priority[floor] ? floor : geom;
   Pair made{};
-  const int geom = contact.geom;
-  if (contact.pair >= 0) {
-    made = pair_of(contact.pair);
-  } else {
-    const int first = m.geom_priority[geom] > m.geom_priority[floor] ? geom : floor;
-    const int second = m.geom_priority[geom] < m.geom_priority[floor] ? floor : geom;
-    const auto mix_of = [&](const mjtNum* values, int row_of_first, int row_of_second) {
-      return std::max(values[row_of_first], values[row_of_second]);
-    };
-    made.dim = std::max(m.geom_condim[first], m.geom_condim[second]);
-    made.margin = mix_of(m.geom_margin, floor, geom);
-    made.gap = mix_of(m.geom_gap, floor, geom);
-    for (int i = 0; i < 3; ++i) {
-      const mjtNum friction = mix_of(m.geom_friction, 3 * first + i, 3 * second + i);
-      made.friction[static_cast<std::size_t>(i == 0 ? 0 : i + 1)] = friction;
-      if (i == 0) made.friction[1] = friction;
-      if (i == 2) made.friction[4] = friction;
-    }
-    mjtNum weight = m.geom_solmix[first];
-    const mjtNum other_weight = m.geom_solmix[second];
-    if (weight >= mjMINVAL && other_weight >= mjMINVAL) {
-      weight /= weight + other_weight;
-    } else if (weight < mjMINVAL && other_weight < mjMINVAL) {
-      weight = 0.5;
-    } else {
-      weight = weight < mjMINVAL ? 0 : 1;
-    }
-    const mjtNum* const reference = at(m.geom_solref, first, mjNREF);
-    const mjtNum* const other_reference = at(m.geom_solref, second, mjNREF);
-    const bool are_mixed = reference[0] > 0 && other_reference[0] > 0;
-    for (int i = 0; i < mjNREF; ++i) {
-      made.solref[static_cast<std::size_t>(i)] =
-          are_mixed ? weight * reference[i] + (1 - weight) * other_reference[i]
-                    : std::min(reference[i], other_reference[i]);
-    }
-    for (int i = 0; i < mjNIMP; ++i) {
-      made.solimp[static_cast<std::size_t>(i)] =
-          weight * at(m.geom_solimp, first, mjNIMP)[i] +
-          (1 - weight) * at(m.geom_solimp, second, mjNIMP)[i];
-    }
-  }
-  made.geom = geom;
+  made.dim = std::max(m.geom_condim[first], m.geom_condim[second]);
+  made.margin = std::max(m.geom_margin[floor], m.geom_margin[geom]);
+  made.gap = std::max(m.geom_gap[floor], m.geom_gap[geom]);
+  std::array<mjtNum, 3> friction{};
+  std::transform(at(m.geom_friction, first, 3), at(m.geom_friction, first + 1, 3),
+                 at(m.geom_friction, second, 3), friction.begin(),
+                 [](mjtNum a, mjtNum b) { return std::max(a, b); });
+  made.friction = {friction[0], friction[0], friction[1], friction[2], friction[2]};
+  const mjtNum weight = weight_of(m.geom_solmix[first], m.geom_solmix[second]);
+  const auto mixed = [weight](mjtNum a, mjtNum b) { return weight * a + (1 - weight) * b; };
+  const mjtNum* const reference = at(m.geom_solref, first, mjNREF);
+  const mjtNum* const other_reference = at(m.geom_solref, second, mjNREF);
+  const bool are_mixed = reference[0] > 0 && other_reference[0] > 0;
+  std::transform(reference, reference + mjNREF, other_reference, made.solref.begin(),
+                 [&](mjtNum a, mjtNum b) { return are_mixed ? mixed(a, b) : std::min(a, b); });
+  const mjtNum* const impedance = at(m.geom_solimp, first, mjNIMP);
+  std::transform(impedance, impedance + mjNIMP, at(m.geom_solimp, second, mjNIMP),
+                 made.solimp.begin(), mixed);
+  return made;
+}
+
+LevelModel::Pair LevelModel::pair_with_floor(const FloorContact& contact, int floor) const {
+  Pair made = contact.pair >= 0 ? pair_of(contact.pair) : found_pair(contact.geom, floor);
+  made.geom = contact.geom;
   made.other = -1;
-  made.signature = signature_of(m, floor, geom);
+  made.signature = signature_of(*source_, floor, contact.geom);
   return made;
 }
 
@@ -278,23 +270,23 @@ void LevelModel::write_pair(int row, const Pair& pair, int geom) {
   model_.pair_dim[row] = pair.dim;
   model_.pair_geom1[row] = pair.geom;
   model_.pair_signature[row] = pair.signature;
-  std::copy(pair.solref.begin(), pair.solref.end(), model_.pair_solref + mjNREF * row);
-  std::copy(pair.solimp.begin(), pair.solimp.end(), model_.pair_solimp + mjNIMP * row);
+  std::copy(pair.solref.begin(), pair.solref.end(), at(model_.pair_solref, row, mjNREF));
+  std::copy(pair.solimp.begin(), pair.solimp.end(), at(model_.pair_solimp, row, mjNIMP));
   model_.pair_margin[row] = pair.margin;
   model_.pair_gap[row] = pair.gap;
-  std::copy(pair.friction.begin(), pair.friction.end(), model_.pair_friction + 5 * row);
+  std::copy(pair.friction.begin(), pair.friction.end(), at(model_.pair_friction, row, 5));
 }
 
 void LevelModel::write_box(int geom, const CourseBox& box) {
   const std::array<mjtNum, 3> size{box.half_size[0], half_width_, box.half_size[1]};
-  std::copy(size.begin(), size.end(), model_.geom_size + 3 * geom);
+  std::copy(size.begin(), size.end(), at(model_.geom_size, geom, 3));
   model_.geom_rbound[geom] = mju_norm3(size.data());
-  mjtNum* const position = model_.geom_pos + 3 * geom;
+  mjtNum* const position = at(model_.geom_pos, geom, 3);
   position[0] = origin_[0] + box.center[0];
   position[1] = 0;
   position[2] = origin_[1] + box.center[1];
   // Half the angle about -y, by square roots, which every machine rounds alike.
-  mjtNum* const quaternion = model_.geom_quat + 4 * geom;
+  mjtNum* const quaternion = at(model_.geom_quat, geom, 4);
   quaternion[0] = std::sqrt((1 + box.direction[0]) / 2);
   quaternion[1] = 0;
   quaternion[2] = box.direction[1] == 0 ? 0 : -box.direction[1] / (2 * quaternion[0]);

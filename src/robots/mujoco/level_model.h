@@ -78,6 +78,7 @@ class LevelModel {
 
   void extend_arrays(int num_rows);
   void replace_floor(int floor);
+  Pair found_pair(int geom, int floor) const;
   Pair pair_with_floor(const FloorContact& contact, int floor) const;
   Pair pair_of(int pair) const;
   void place_boxes(const Course& course, double x);

@@ -322,8 +322,8 @@ void PlanarRobot::scene(Scene& scene) const {
   constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
   if (course_ && level_) {
     const mjModel& base = *models_.base();
-    course_->describe(base.body_pos[3 * layout_.trunk], base.geom_pos[3 * floor_of(base) + 2],
-                      scene);
+    course_->describe(at(base.body_pos, layout_.trunk, 3)[0],
+                      at(base.geom_pos, floor_of(base), 3)[2], scene);
     return;
   }
   scene = {};
