@@ -490,12 +490,12 @@ class ServicePortTest(ServerTest):
 
     # ------------------------------------------------------------ shared memory
 
-    def shared(self):
+    def shared_connection(self):
         with self.server.service_address("step") as connection:
             return SharedConnection(connection.getpeername()[1])
 
     def shared_client(self, service, service_class):
-        return BareClient(self.shared(), f"{self.server.name}/{service}", service_class)
+        return BareClient(self.shared_connection(), f"{self.server.name}/{service}", service_class)
 
     def test_serves_a_client_by_shared_memory(self):
         client = self.shared_client("step", Step)
@@ -538,7 +538,7 @@ class ServicePortTest(ServerTest):
         descriptors = f"/proc/{self.server.pid}/fd"
         before = len(os.listdir(descriptors))
         for _ in range(50):
-            self.shared().close()
+            self.shared_connection().close()
         wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the sessions")
         self.assert_serves()
 
