@@ -46,8 +46,8 @@ def test_rospack_finds_the_package_once():
 
 
 def test_describe_names_the_engine():
-    for options in ([], ["frame_skip=2"]):
-        command = ("rosrun", "walker_sim", "describe", "Walker2d-v5", *options, "--engine")
+    for walker in (["Walker2d-v5"], ["Walker2d-v5", "frame_skip=2"], ["Hopper-v5"]):
+        command = ("rosrun", "walker_sim", "describe", *walker, "--engine")
         engine, path = output_of(*command)
         libm = "libm: (fma|no fma|[0-9a-f]{16})"
         assert re.fullmatch(
@@ -56,8 +56,6 @@ def test_describe_names_the_engine():
         assert pathlib.Path(path).is_file()
     engine, _ = output_of("rosrun", "walker_sim", "describe", "BipedalWalker-v3", "--engine")
     assert re.fullmatch(r"Box2D 2\.3\.0 \(.+\), stepped by the (kernel for|library:) .*", engine)
-    engine, _ = output_of("rosrun", "walker_sim", "describe", "Hopper-v5", "--engine")
-    assert engine.endswith(", stepped by the library")
 
 
 @pytest.mark.parametrize("name", [*NODES, "libwalker_sim_core.so", "_core"])
