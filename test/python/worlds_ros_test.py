@@ -18,7 +18,7 @@ EFFECTS = {
 }
 WORLDS = {
     "BipedalWalker-v3": {**EFFECTS, "stump_height": (0.2, 0.6), "lidar_range": (3, 6)},
-    "Walker2d-v5": {**EFFECTS, "friction_scale": (0.5, 1)},
+    "Walker2d-v5": {**EFFECTS, "friction_scale": (0.5, 1), "ground_roughness": (1, 2)},
     "Hopper-v5": {**EFFECTS, "mass_scale": (0.9, 1.1)},
 }
 LIMITS = {"BipedalWalker-v3": 60, "Walker2d-v5": 20, "Hopper-v5": 20}
