@@ -33,11 +33,9 @@ LOCKSTEP = "lock-step over ROS on two cores, {}, {}, against Gymnasium in proces
 # README's ratios: text, and section, environment, side and attributes of the row.
 SUMMARY = (
     ("one core, 64 BipedalWalkers, against EnvPool", "core", BIPEDAL, "pool, 64", {}),
-    ("one core, 64 BipedalWalkerHardcores, against EnvPool", "core", HARDCORE, "pool, 64", {}),
     ("one core, 64 Walker2ds, against EnvPool", "core", WALKER2D, "pool, 64", {}),
     ("one core, 64 Hoppers, against EnvPool", "core", HOPPER, "pool, 64", {}),
     ("one core, a single Walker2d, against Gymnasium", "core", WALKER2D, "single", {}),
-    ("one core, a single Hopper, against Gymnasium", "core", HOPPER, "single", {}),
     *(
         (f"two threads, 64 {name}s, against EnvPool", "pool", env, "walker_sim", TWO_THREADS)
         for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))
