@@ -16,6 +16,7 @@
 
 #include "base/checks.h"
 #include "base/posix.h"
+#include "episode/effects.h"
 #include "episode/episode.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -131,7 +132,7 @@ class ClientBinding {
              const py::object& world) {
     const auto number = to_seed(seed);
     std::optional<World> ranges;
-    if (!world.is_none()) ranges = checked(to_worlds(py::make_tuple(world))).front();
+    if (!world.is_none()) ranges = check_worlds(py::make_tuple(world)).front();
     Output observations(observation, "observation");
     Output infos(info, "info");
     call([&] {
@@ -142,11 +143,19 @@ class ClientBinding {
     });
   }
 
+  /// Converts worlds. The server checks them, too; here, errors are those in process, and no
+  /// episode is lost.
+  std::vector<World> check_worlds(const py::sequence& given) const {
+    std::vector<World> worlds = to_worlds(given);
+    for (const World& world : worlds) CheckedWorld::share(specification_, world);
+    return worlds;
+  }
+
   /// Sets the worlds of the resets to come.
   /// @param environments indices; empty: all
   /// @param worlds pairs (low, high) by name; one for all, or one per listed environment
   void set_world(const std::vector<std::uint32_t>& environments, const py::sequence& worlds) {
-    const std::vector<World> ranges = checked(to_worlds(worlds));
+    const std::vector<World> ranges = check_worlds(worlds);
     call(
         [&] {
           for (const std::uint32_t environment : environments) check_index(environment);
@@ -221,7 +230,7 @@ class ClientBinding {
   void reset_batch(const std::vector<std::uint32_t>& environments, const py::sequence& seeds,
                    py::handle observations, py::handle info, const py::sequence& worlds) {
     const auto numbers = to_seeds(seeds);
-    const std::vector<World> ranges = checked(to_worlds(worlds));
+    const std::vector<World> ranges = check_worlds(worlds);
     Output observations_output(observations, "observations");
     Output info_output(info, "info");
     call([&] {
@@ -330,12 +339,6 @@ class ClientBinding {
       is_lost_ = true;
       throw py::error_already_set();
     }
-  }
-
-  /// The server checks worlds, too; here, errors are those in process.
-  std::vector<World> checked(std::vector<World> worlds) const {
-    for (const World& world : worlds) check_world(specification_.id, world);
-    return worlds;
   }
 
   void check_index(std::uint32_t environment) const {
@@ -460,6 +463,8 @@ void bind_client(py::module& module) {
       .def_property_readonly("is_lost", &ClientBinding::is_lost)
       .def("reset", &ClientBinding::reset, py::arg("seed"), py::arg("observation"), py::arg("info"),
            py::arg("world") = py::none())
+      .def("check_worlds",
+           [](const ClientBinding& self, const py::sequence& worlds) { self.check_worlds(worlds); })
       .def("set_world", &ClientBinding::set_world)
       .def("world_values", &ClientBinding::world_values)
       .def("drawn_worlds", &ClientBinding::drawn_worlds)

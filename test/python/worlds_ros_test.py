@@ -124,6 +124,7 @@ REFUSED = [
     ({"dropout": 2}, r"must be in \[0.0, 1.0\]"),
     ({"hip_speed": 1}, "cannot be applied by Walker2d-v5"),
     ("moom", "did you mean moon?"),
+    ({"action_delay": 0.001}, "shorter than half a step"),
 ]
 
 

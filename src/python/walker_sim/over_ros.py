@@ -207,6 +207,7 @@ class RemoteWalker(Connection):
 
     def set_world(self, world: World) -> None:
         """Sets the world that each reset requests, from the next one on."""
+        self.open().check_worlds([world])
         self._worlds[0] = world
 
     @property
