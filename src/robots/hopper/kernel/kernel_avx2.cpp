@@ -7,8 +7,6 @@
 
 namespace walker::hopper {
 
-const mujoco::kernel::Kernel kernel_avx2{"avx2", 4, mujoco::kernel::hopper::step_worlds<4>,
-                                         mujoco::kernel::hopper::step_worlds<1>,
-                                         mujoco::kernel::hopper::start_world};
+const mujoco::kernel::Kernel kernel_avx2 = mujoco::kernel::hopper::make_kernel<4>("avx2");
 
 }  // namespace walker::hopper

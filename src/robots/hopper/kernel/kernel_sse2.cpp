@@ -7,8 +7,6 @@
 
 namespace walker::hopper {
 
-const mujoco::kernel::Kernel kernel_sse2{"sse2", 2, mujoco::kernel::hopper::step_worlds<2>,
-                                         mujoco::kernel::hopper::step_worlds<1>,
-                                         mujoco::kernel::hopper::start_world};
+const mujoco::kernel::Kernel kernel_sse2 = mujoco::kernel::hopper::make_kernel<2>("sse2");
 
 }  // namespace walker::hopper

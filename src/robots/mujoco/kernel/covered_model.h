@@ -35,7 +35,7 @@ constexpr auto kIsZero = [](auto value, int /*index*/) { return value == 0; };
 
 constexpr int kLimbs = nbody - 1;
 
-static_assert(nq <= int{kMostCoordinates} && nu <= int{kMostMotors} && kLimbs <= int{kMostLimbs});
+static_assert(nq <= int{kMaxCoordinates} && nu <= int{kMaxMotors} && kLimbs <= int{kMaxLimbs});
 static_assert(nv == nq && njnt == nv, "joints with one coordinate each");
 static_assert(nu == nv - 3 && na == 0 && kLimbs == nu + 1);
 static_assert(opt_integrator == 1 && opt_solver == 2 && opt_cone == 0 && opt_collision == 1,

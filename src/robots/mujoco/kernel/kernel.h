@@ -8,34 +8,34 @@
 namespace walker::mujoco::kernel {
 
 // Sizes of the largest robot; a smaller one leaves the ends of arrays unused.
-constexpr std::size_t kMostLimbs = 7;  ///< bodies that move, in their order
-constexpr std::size_t kMostMotors = 6;
-constexpr std::size_t kMostCoordinates = 9;
+constexpr std::size_t kMaxLimbs = 7;  ///< bodies that move, in their order
+constexpr std::size_t kMaxMotors = 6;
+constexpr std::size_t kMaxCoordinates = 9;
 
 /// Numbers of the model that may differ between worlds, in place of the kernel's constants: those
 /// of worlds with other physics, and the limbs' friction, in which Walker2d-v4 and v5 differ.
 /// @tparam V a number, or a vector with a number of each lane's world
 template <typename V>
 struct ModelValues {
-  V gravity;                           ///< opt_gravity along z [m/s^2]
-  V damping;                           ///< dof_damping of each limb's hinge [N m s]
-  V mean_inertia;                      ///< stat_meaninertia
-  V mass[kMostLimbs];                  ///< body_mass [kg]
-  V inverse_subtree_mass[kMostLimbs];  ///< of a limb with all that it carries [1/kg]
-  V inertia[kMostLimbs][3];            ///< body_inertia [kg m^2]
-  V limit_weight[kMostMotors];         ///< dof_invweight0 of each limb's hinge
-  V friction[kMostLimbs];              ///< of the contacts with the floor
-  V diagonal[kMostLimbs];              ///< MuJoCo's diagApprox of a contact's rows
+  V gravity;                          ///< opt_gravity along z [m/s^2]
+  V damping;                          ///< dof_damping of each limb's hinge [N m s]
+  V mean_inertia;                     ///< stat_meaninertia
+  V mass[kMaxLimbs];                  ///< body_mass [kg]
+  V inverse_subtree_mass[kMaxLimbs];  ///< of a limb with all that it carries [1/kg]
+  V inertia[kMaxLimbs][3];            ///< body_inertia [kg m^2]
+  V limit_weight[kMaxMotors];         ///< dof_invweight0 of each limb's hinge
+  V friction[kMaxLimbs];              ///< of the contacts with the floor
+  V diagonal[kMaxLimbs];              ///< MuJoCo's diagApprox of a contact's rows
 };
 
 /// State that MuJoCo's steps pass from one to the next, and what acts in them.
 struct World {
-  using Coordinates = std::array<double, kMostCoordinates>;
+  using Coordinates = std::array<double, kMaxCoordinates>;
 
   Coordinates position{};                       ///< qpos [m, rad]
   Coordinates velocity{};                       ///< qvel [m/s, rad/s]
   Coordinates warm_start{};                     ///< qacc_warmstart, from which the solver starts
-  std::array<double, kMostMotors> torque{};     ///< of the motors [N m]
+  std::array<double, kMaxMotors> torque{};      ///< of the motors [N m]
   std::array<double, 2> push{};                 ///< force on the trunk along x and z [N]
   const ModelValues<double>* values = nullptr;  ///< must be set
   unsigned pattern = 0;     ///< equal for worlds with the same contacts and limits

@@ -204,7 +204,7 @@ class KernelPhysics : public Physics {
   ModelPointer model_;                               // of this world
   std::unique_ptr<ModelValues<double>> own_values_;  // if the model is not the base model
   World world_;
-  std::array<double, kMostMotors> control_{};
+  std::array<double, kMaxMotors> control_{};
 };
 
 }  // namespace

@@ -235,5 +235,11 @@ inline void start_world(World& world) {
   store(group, forward.rows(0), 1, worlds);
 }
 
+/// @tparam W worlds that the kernel solves together
+template <int W>
+constexpr Kernel make_kernel(const char* instruction_set) {
+  return {instruction_set, W, step_worlds<W>, step_worlds<1>, start_world};
+}
+
 }  // namespace WALKER_SIM_INSTRUCTION_SET
 }  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

@@ -114,7 +114,7 @@ ModelValues<double> values_of(const mjModel& model) {
   values.damping = model.dof_damping[kBaseJoints];
   values.mean_inertia = model.stat.meaninertia;
   std::copy_n(&model.dof_invweight0[kBaseJoints], model.nu, values.limit_weight);
-  std::array<double, kMostLimbs + 1> subtree_mass{};
+  std::array<double, kMaxLimbs + 1> subtree_mass{};
   for (int body = model.nbody - 1; body > 0; --body) {
     // mj_comPos sums the masses from the last body to the first.
     const int limb = body - 1;

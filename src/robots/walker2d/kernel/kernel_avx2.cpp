@@ -7,8 +7,6 @@
 
 namespace walker::walker2d {
 
-const mujoco::kernel::Kernel kernel_avx2{"avx2", 4, mujoco::kernel::walker2d::step_worlds<4>,
-                                         mujoco::kernel::walker2d::step_worlds<1>,
-                                         mujoco::kernel::walker2d::start_world};
+const mujoco::kernel::Kernel kernel_avx2 = mujoco::kernel::walker2d::make_kernel<4>("avx2");
 
 }  // namespace walker::walker2d

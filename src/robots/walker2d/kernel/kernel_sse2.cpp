@@ -7,8 +7,6 @@
 
 namespace walker::walker2d {
 
-const mujoco::kernel::Kernel kernel_sse2{"sse2", 2, mujoco::kernel::walker2d::step_worlds<2>,
-                                         mujoco::kernel::walker2d::step_worlds<1>,
-                                         mujoco::kernel::walker2d::start_world};
+const mujoco::kernel::Kernel kernel_sse2 = mujoco::kernel::walker2d::make_kernel<2>("sse2");
 
 }  // namespace walker::walker2d

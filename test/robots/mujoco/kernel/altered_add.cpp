@@ -7,7 +7,6 @@
 
 namespace walker::mujoco::kernel {
 
-const Kernel kernel_with_fused_add{"fused_add", 1, walker2d::step_worlds<1>,
-                                   walker2d::step_worlds<1>, walker2d::start_world};
+const Kernel kernel_with_fused_add = walker2d::make_kernel<1>("fused_add");
 
 }  // namespace walker::mujoco::kernel

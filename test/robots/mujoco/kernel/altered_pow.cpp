@@ -7,7 +7,6 @@
 
 namespace walker::mujoco::kernel {
 
-const Kernel kernel_with_folded_pow{"folded_pow", 1, walker2d::step_worlds<1>,
-                                    walker2d::step_worlds<1>, walker2d::start_world};
+const Kernel kernel_with_folded_pow = walker2d::make_kernel<1>("folded_pow");
 
 }  // namespace walker::mujoco::kernel

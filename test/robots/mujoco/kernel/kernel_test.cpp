@@ -112,7 +112,7 @@ class KernelGroupTest : public testing::TestWithParam<const char*> {
     EXPECT_EQ(one.is_flagged, other.is_flagged);
     EXPECT_EQ(one.pattern, other.pattern);
     for (const auto part : {&World::position, &World::velocity, &World::warm_start}) {
-      for (std::size_t i = 0; i < kMostCoordinates; ++i) {
+      for (std::size_t i = 0; i < kMaxCoordinates; ++i) {
         EXPECT_EQ(to_bits((one.*part)[i]), to_bits((other.*part)[i]));
       }
     }
