@@ -14,6 +14,8 @@
 
 namespace walker {
 
+class Forward;
+
 /// A file is not a policy or does not fit the environment. The message names the file and the
 /// reason.
 struct WALKER_SIM_EXPORT PolicyError : std::invalid_argument {
@@ -48,6 +50,14 @@ class WALKER_SIM_EXPORT Policy {
   /// @throws PolicyError
   void check(const Specification& specification) const;
 
+  /// Returns each layer's weight, row-major with one row per output, and its bias.
+  std::vector<float> parameters() const;
+
+  /// Returns a policy that differs in the layers' parameters only.
+  /// @param parameters in the order of `parameters()`
+  /// @throws std::invalid_argument if their number is wrong
+  Policy with_parameters(const std::vector<float>& parameters) const;
+
   /// Computes the deterministic action. Allocates no memory. Not thread-safe.
   /// @param observation `observation_size()` values
   /// @param action caller's buffer, `action_size()` values: single precision, within the bounds;
@@ -60,6 +70,9 @@ class WALKER_SIM_EXPORT Policy {
 
  private:
   struct State;
+  friend const Forward& forward_of(const Policy& policy);  // src/policy/network.h
+
+  explicit Policy(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 

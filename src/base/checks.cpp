@@ -101,4 +101,11 @@ void check_measurements(const Measurements& measurements, const Specification& s
                               " m; must be finite and at least 0");
 }
 
+void check_number(const std::string& name, std::size_t value, std::size_t lowest,
+                  std::size_t highest) {
+  if (value >= lowest && value <= highest) return;
+  throw std::invalid_argument(name + " = " + std::to_string(value) + ": must be in [" +
+                              std::to_string(lowest) + ", " + std::to_string(highest) + "]");
+}
+
 }  // namespace walker

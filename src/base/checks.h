@@ -1,4 +1,4 @@
-// Validation of actions and measurements.
+// Validation of actions, measurements and options.
 #pragma once
 
 #include <cstddef>
@@ -36,5 +36,9 @@ void check_measurements(const Measurements& measurements, const Specification& s
 /// @param name, unit of the value in the error message; the unit with a leading space
 /// @throws std::invalid_argument if the value is non-finite
 void check_finite(const std::string& name, double value, const std::string& unit);
+
+/// @throws std::invalid_argument naming an option or index that is out of range
+void check_number(const std::string& name, std::size_t value, std::size_t lowest,
+                  std::size_t highest);
 
 }  // namespace walker

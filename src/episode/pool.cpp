@@ -20,18 +20,10 @@ constexpr std::array<const char*, 3> kAutoresetModes{"next_step", "same_step", "
 
 std::string name_of(std::size_t index) { return "environment " + std::to_string(index) + ": "; }
 
-void check_range(const char* name, std::size_t value, std::size_t lowest, std::size_t highest) {
-  if (value < lowest || value > highest) {
-    throw std::invalid_argument(std::string(name) + " = " + std::to_string(value) +
-                                ": must be in [" + std::to_string(lowest) + ", " +
-                                std::to_string(highest) + "]");
-  }
-}
-
 PoolOptions complete(PoolOptions options) {
-  check_range("num_envs", options.num_envs, 1, kMaxPoolSize);
-  check_range("num_threads", options.num_threads, 0, kMaxThreads);
-  check_range("batch_size", options.batch_size, 0, options.num_envs);
+  check_number("num_envs", options.num_envs, 1, kMaxPoolSize);
+  check_number("num_threads", options.num_threads, 0, kMaxThreads);
+  check_number("batch_size", options.batch_size, 0, options.num_envs);
   if (options.num_threads == 0) {
     options.num_threads = std::min({num_processors(), kMaxThreads, options.num_envs});
   }

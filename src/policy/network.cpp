@@ -1,7 +1,7 @@
 #include "policy/network.h"
 
+#include <algorithm>
 #include <cstddef>
-#include <utility>
 
 #include "policy/arithmetic.h"
 
@@ -48,37 +48,45 @@ void apply_tanh(float* values, std::ptrdiff_t count) {
 
 }  // namespace
 
-Forward::Forward(Network network)
-    : network_(std::move(network)), normal_(network_.mean.size(), kBatch) {
-  for (const Layer& layer : network_.layers) values_.emplace_back(layer.bias.size(), kBatch);
+Scratch::Scratch(const Network& network) : normal_(network.mean.size(), kBatch) {
+  for (const Layer& layer : network.layers) values_.emplace_back(layer.bias.size(), kBatch);
 }
 
-void Forward::act(const double* observations, std::size_t rows, double* actions) {
+bool Scratch::fits(const Network& network) const {
+  return normal_.rows() == network.mean.size() &&
+         std::equal(values_.begin(), values_.end(), network.layers.begin(), network.layers.end(),
+                    [](const Eigen::MatrixXf& values, const Layer& layer) {
+                      return values.rows() == layer.bias.size();
+                    });
+}
+
+void Forward::act(const double* observations, std::size_t rows, double* actions,
+                  Scratch& scratch) const {
   const auto observation_size = static_cast<std::size_t>(network_.mean.size());
   const auto action_size = static_cast<std::size_t>(network_.low.size());
   std::size_t row = 0;
   for (; row + kBatch <= rows; row += kBatch) {
-    run<kBatch>(observations + row * observation_size, actions + row * action_size);
+    run<kBatch>(observations + row * observation_size, actions + row * action_size, scratch);
   }
   for (; row < rows; ++row) {
-    run<1>(observations + row * observation_size, actions + row * action_size);
+    run<1>(observations + row * observation_size, actions + row * action_size, scratch);
   }
 }
 
 template <int batch>
-void Forward::run(const double* observations, double* actions) {
+void Forward::run(const double* observations, double* actions, Scratch& scratch) const {
   const Eigen::Index size = network_.mean.size();
   for (int k = 0; k < batch; ++k) {
     const Eigen::Map<const Eigen::VectorXd> measured(observations + k * size, size);
-    normal_.col(k) = ((measured - network_.mean).array() / network_.deviation.array())
-                         .max(-kObservationClip)
-                         .min(kObservationClip)
-                         .cast<float>();
+    scratch.normal_.col(k) = ((measured - network_.mean).array() / network_.deviation.array())
+                                 .max(-kObservationClip)
+                                 .min(kObservationClip)
+                                 .cast<float>();
   }
-  const float* inputs = normal_.data();
+  const float* inputs = scratch.normal_.data();
   for (std::size_t i = 0; i < network_.layers.size(); ++i) {
     const Layer& layer = network_.layers[i];
-    auto outputs = values_[i].leftCols<batch>();
+    auto outputs = scratch.values_[i].leftCols<batch>();
     outputs.colwise() = layer.bias;
     apply_weight<batch>(layer, inputs, outputs.data());
     const bool is_last = i + 1 == network_.layers.size();
@@ -90,7 +98,7 @@ void Forward::run(const double* observations, double* actions) {
     inputs = outputs.data();
   }
   for (int k = 0; k < batch; ++k) {
-    auto last = values_.back().col(k);
+    auto last = scratch.values_.back().col(k);
     if (network_.output == Output::tanh) {
       last.array() =
           network_.low.array() + (network_.high - network_.low).array() / 2 * (last.array() + 1.0F);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,23 +32,39 @@ struct Network {
   std::vector<Layer> layers;  ///< at least one
 };
 
-/// Runs a network without allocating.
+/// Memory for the values of all layers in a forward pass. Each thread needs its own.
+class Scratch {
+ public:
+  explicit Scratch(const Network& network);
+
+  /// Whether it has the sizes of this network.
+  bool fits(const Network& network) const;
+
+ private:
+  friend class Forward;
+  Eigen::MatrixXf normal_;               // normalised observations, one column per row of a batch
+  std::vector<Eigen::MatrixXf> values_;  // outputs of each layer, likewise
+};
+
+/// Runs a network without allocating. Thread-safe.
 class Forward {
  public:
-  explicit Forward(Network network);
+  explicit Forward(Network network) : network_(std::move(network)) {}
 
   const Network& network() const { return network_; }
 
   /// @param observations, actions `rows` rows; a row's action does not depend on the others
-  void act(const double* observations, std::size_t rows, double* actions);
+  /// @param scratch of a network with layers of the same sizes
+  void act(const double* observations, std::size_t rows, double* actions, Scratch& scratch) const;
 
  private:
   template <int batch>
-  void run(const double* observations, double* actions);
+  void run(const double* observations, double* actions, Scratch& scratch) const;
 
   Network network_;
-  Eigen::MatrixXf normal_;               // normalised observations, one column per row of a batch
-  std::vector<Eigen::MatrixXf> values_;  // outputs of each layer, likewise
 };
+
+class Policy;
+const Forward& forward_of(const Policy& policy);
 
 }  // namespace walker

@@ -145,11 +145,22 @@ void check_limits(const char* name, const Eigen::VectorXf& ours,
 }  // namespace
 
 struct Policy::State {
+  State(std::string file, std::string trained_on, std::map<std::string, std::string> header,
+        Network network)
+      : name(std::move(file)),
+        id(std::move(trained_on)),
+        notes(std::move(header)),
+        forward(std::move(network)),
+        scratch(forward.network()) {}
+
   std::string name;
   std::string id;
   std::map<std::string, std::string> notes;
   Forward forward;
+  Scratch scratch;
 };
+
+const Forward& forward_of(const Policy& policy) { return policy.state_->forward; }
 
 Policy::Policy(const std::string& file) : Policy(file, read_file(file)) {}
 
@@ -163,13 +174,13 @@ Policy::Policy(const std::string& name, const std::vector<char>& content) {
     }
     std::string id = take(metadata, "id");
     Network network = read_network(tensors, metadata);
-    state_ = std::make_unique<State>(
-        State{name, std::move(id), std::move(metadata), Forward(std::move(network))});
+    state_ = std::make_unique<State>(name, std::move(id), std::move(metadata), std::move(network));
   } catch (const std::invalid_argument& error) {
     refuse(name, error.what());
   }
 }
 
+Policy::Policy(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Policy::Policy(Policy&&) noexcept = default;
 Policy& Policy::operator=(Policy&&) noexcept = default;
 Policy::~Policy() = default;
@@ -203,12 +214,44 @@ void Policy::check(const Specification& specification) const {
   }
 }
 
-void Policy::act(const double* observation, double* action) {
-  state_->forward.act(observation, 1, action);
+std::vector<float> Policy::parameters() const {
+  std::vector<float> parameters;
+  for (const Layer& layer : state_->forward.network().layers) {
+    for (Eigen::Index row = 0; row < layer.weight.rows(); ++row) {
+      for (Eigen::Index column = 0; column < layer.weight.cols(); ++column) {
+        parameters.push_back(layer.weight(row, column));
+      }
+    }
+    parameters.insert(parameters.end(), layer.bias.data(), layer.bias.data() + layer.bias.size());
+  }
+  return parameters;
 }
 
+Policy Policy::with_parameters(const std::vector<float>& parameters) const {
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Network network = state_->forward.network();
+  std::size_t count = 0;
+  for (const Layer& layer : network.layers) count += layer.weight.size() + layer.bias.size();
+  if (parameters.size() != count) {
+    throw std::invalid_argument("policy " + printable(state_->name) + ": got " +
+                                std::to_string(parameters.size()) + " parameters; must be " +
+                                std::to_string(count));
+  }
+  const float* next = parameters.data();
+  for (Layer& layer : network.layers) {
+    layer.weight = Eigen::Map<const Rows>(next, layer.weight.rows(), layer.weight.cols());
+    next += layer.weight.size();
+    layer.bias = Eigen::Map<const Eigen::VectorXf>(next, layer.bias.size());
+    next += layer.bias.size();
+  }
+  return Policy(
+      std::make_unique<State>(state_->name, state_->id, state_->notes, std::move(network)));
+}
+
+void Policy::act(const double* observation, double* action) { act(observation, 1, action); }
+
 void Policy::act(const double* observations, std::size_t rows, double* actions) {
-  state_->forward.act(observations, rows, actions);
+  state_->forward.act(observations, rows, actions, state_->scratch);
 }
 
 namespace {

@@ -40,6 +40,15 @@ class GilRelease {
   ~GilRelease() { acquire_gil(); }
 };
 
+/// Takes the GIL again during its lifetime, within that of a `GilRelease` of the same thread.
+class GilHold {
+ public:
+  GilHold() { acquire_gil(); }
+  GilHold(const GilHold&) = delete;
+  GilHold& operator=(const GilHold&) = delete;
+  ~GilHold() { released_state = PyEval_SaveThread(); }
+};
+
 /// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.
 class GilFreeLock {
  public:

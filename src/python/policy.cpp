@@ -1,14 +1,18 @@
+#include <pybind11/stl.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/agent.h"
+#include "walker_sim/episode_player.h"
 #include "walker_sim/policy.h"
 #include "walker_sim/registry.h"
 
@@ -57,6 +61,15 @@ class PolicyBinding {
     policy_.check(make(id, to_parameters(parameters))->specification());
   }
 
+  const Policy& policy() const { return policy_; }
+  std::vector<float> parameters() const { return policy_.parameters(); }
+
+  std::unique_ptr<PolicyBinding> with_parameters(py::handle given) const {
+    const Input input(given, "parameters");
+    return std::make_unique<PolicyBinding>(
+        policy_.with_parameters({input.data(), input.data() + input.size()}));
+  }
+
   /// @param observations rows of `observation_size()` values
   /// @param actions      receives a row of `action_size()` values for each
   void act(py::handle observations, py::handle actions) {
@@ -84,6 +97,43 @@ std::unique_ptr<PolicyBinding> read_bytes(const std::string& name, const py::byt
   return std::make_unique<PolicyBinding>(Policy(name, {bytes.begin(), bytes.end()}));
 }
 
+/// Plays episodes of policies. Thread-safe: a mutex serialises the calls.
+class EpisodePlayerBinding {
+ public:
+  EpisodePlayerBinding(std::string id, const py::dict& parameters, std::size_t num_threads,
+                       std::size_t num_envs, bool sums_observations)
+      : player_([id = std::move(id), given = to_parameters(parameters)] { return make(id, given); },
+                EpisodePlayerOptions{num_threads, num_envs, sums_observations}) {}
+
+  py::dict specification() const { return to_dict(player_.specification()); }
+  std::size_t num_envs() const { return player_.options().num_envs; }
+
+  /// @param policies list of Policy
+  /// @param worlds   as for Pool.set_world
+  /// @param jobs     tuples of the index of a policy, a seed and the index of a world
+  /// @param receive  called with the index of a job and the fields of PlayedEpisode
+  void play(const std::vector<const PolicyBinding*>& policies, const py::sequence& worlds,
+            const std::vector<std::tuple<std::size_t, std::uint64_t, std::size_t>>& jobs,
+            const py::function& receive) {
+    std::vector<const Policy*> networks;
+    for (const PolicyBinding* policy : policies) networks.push_back(&policy->policy());
+    const std::vector<World> ranges = to_worlds(worlds);
+    std::vector<EpisodeJob> all;
+    for (const auto& [policy, seed, world] : jobs) all.push_back({policy, seed, world});
+    const GilFreeLock lock(mutex_);
+    player_.play(networks, ranges, all, [&](std::size_t job, const PlayedEpisode& played) {
+      const GilHold hold;
+      receive(job, played.episode_return, played.length, played.terminated, played.truncated,
+              played.reward, to_str(played.end_reason), to_str(played.error), played.info,
+              played.world, played.observation_sums, played.observation_squares);
+    });
+  }
+
+ private:
+  std::mutex mutex_;
+  EpisodePlayer player_;
+};
+
 }  // namespace
 
 void bind_policy(py::module& module) {
@@ -102,7 +152,17 @@ void bind_policy(py::module& module) {
       .def_property_readonly("observation_size", &PolicyBinding::observation_size)
       .def_property_readonly("action_size", &PolicyBinding::action_size)
       .def("check", &PolicyBinding::check, py::arg("id"), py::arg("parameters"))
+      .def_property_readonly("parameters", &PolicyBinding::parameters)
+      .def("with_parameters", &PolicyBinding::with_parameters, py::arg("parameters"))
       .def("act", &PolicyBinding::act, py::arg("observations"), py::arg("actions"));
+  py::class_<EpisodePlayerBinding>(module, "EpisodePlayer")
+      .def(py::init<std::string, const py::dict&, std::size_t, std::size_t, bool>(), py::arg("id"),
+           py::arg("parameters"), py::arg("num_threads"), py::arg("num_envs"),
+           py::arg("sums_observations"))
+      .def_property_readonly("specification", &EpisodePlayerBinding::specification)
+      .def_property_readonly("num_envs", &EpisodePlayerBinding::num_envs)
+      .def("play", &EpisodePlayerBinding::play, py::arg("policies"), py::arg("worlds"),
+           py::arg("jobs"), py::arg("receive"));
 }
 
 }  // namespace walker::python

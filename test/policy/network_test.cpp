@@ -194,7 +194,8 @@ TEST(PolicyAllocation, ActDoesNotAllocate) {
     for (const Output output : {Output::clip, Output::tanh}) {
       for (const std::vector<int>& sizes :
            {std::vector<int>{24, 64, 64, 4}, {17, 256, 256, 6}, {11, 1023, 3}}) {
-        Forward forward = network(activation, output, sizes);
+        const Forward forward = network(activation, output, sizes);
+        Scratch scratch(forward.network());
         constexpr std::size_t kRows = 5;
         const std::vector<double> observations(kRows * static_cast<std::size_t>(sizes.front()),
                                                0.3);
@@ -202,7 +203,7 @@ TEST(PolicyAllocation, ActDoesNotAllocate) {
         allocations = 0;
         is_counting = true;
         for (int i = 0; i < 10; ++i) {
-          forward.act(observations.data(), i % 2 == 0 ? 1 : kRows, actions.data());
+          forward.act(observations.data(), i % 2 == 0 ? 1 : kRows, actions.data(), scratch);
         }
         is_counting = false;
         EXPECT_EQ(allocations, 0);

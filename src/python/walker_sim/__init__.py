@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from walker_sim.environment import WalkerEnv as WalkerEnv
+    from walker_sim.episode_player import play_out as play_out
     from walker_sim.errors import ConnectionError as ConnectionError
     from walker_sim.errors import InvalidAction as InvalidAction
     from walker_sim.errors import RequestRefused as RequestRefused
@@ -43,6 +44,7 @@ _MODULES = {
     "WalkerEnv": "environment",
     "WalkerVectorEnv": "vector_environment",
     "ids": "registration",
+    "play_out": "episode_player",
     **dict.fromkeys(("world_parameters", "world_presets"), "worlds"),
 }
 

@@ -1,4 +1,4 @@
-from typing import Any, Final, Sequence
+from typing import Any, Callable, Final, Sequence
 
 from numpy.typing import NDArray
 
@@ -141,5 +141,21 @@ class Policy:
     notes: Final[dict[str, str]]
     observation_size: Final[int]
     action_size: Final[int]
+    parameters: Final[list[float]]
+    def with_parameters(self, parameters: Array) -> Policy: ...
     def check(self, id: str, parameters: ByName) -> None: ...
     def act(self, observations: Array, actions: Array) -> None: ...
+
+class EpisodePlayer:
+    def __init__(
+        self, id: str, parameters: ByName, num_threads: int, num_envs: int, sums_observations: bool
+    ) -> None: ...
+    specification: Final[ByName]
+    num_envs: Final[int]
+    def play(
+        self,
+        policies: Sequence[Policy],
+        worlds: Sequence[World],
+        jobs: Sequence[tuple[int, int, int]],
+        receive: Callable[..., None],
+    ) -> None: ...

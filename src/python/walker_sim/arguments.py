@@ -85,12 +85,17 @@ def refuse_unknown(
     )
 
 
-def to_count(name: str, given: int, lowest: int) -> int:
-    """Returns an integer, e.g. NumPy's, in [lowest, 2^63) as int. The core checks upper bounds."""
+def to_whole(name: str, given: int) -> int:
+    """Returns an integer, e.g. NumPy's, as int."""
     try:
-        count = operator.index(given)
+        return operator.index(given)
     except TypeError:
         raise TypeError(f"{name} = {_core.shown(given)}: must be an integer") from None
+
+
+def to_count(name: str, given: int, lowest: int) -> int:
+    """Returns an integer, e.g. NumPy's, in [lowest, 2^63) as int. The core checks upper bounds."""
+    count = to_whole(name, given)
     if count < lowest:
         raise ValueError(f"{name} = {_core.shown(count)}: must be at least {lowest}")
     if count >= 1 << 63:

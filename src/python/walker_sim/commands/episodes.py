@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import sys
 from dataclasses import dataclass, field
-from typing import Any, Callable, Iterable, Iterator, NamedTuple, Sequence
+from typing import Any, Callable, Iterator, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from walker_sim import _core
+from walker_sim import _core, episode_player
 from walker_sim.transport import Batch, Walkers, by_name
+from walker_sim.worlds import World
 
 Policy = Callable[[NDArray[Any]], NDArray[Any]]
 """Maps an observation, shape (observation size,), to an action, shape (action size,)."""
@@ -139,30 +141,57 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     """Returns how an episode ended with this step: arrived, fell, terminated, time limit or failed;
     empty if it continues."""
     terminated, reward = bool(batch.terminated[environment]), batch.rewards[environment]
-    if not terminated:
-        return "time limit" if batch.truncated[environment] else ""
-    if walkers.error(environment):
-        return "failed"
-    failure_reward = _core.registration_of(walkers.specification["id"])["failure_reward"]
-    if failure_reward is None:
-        return "terminated"
-    return "fell" if reward == failure_reward else "arrived"
+    if not terminated and not batch.truncated[environment]:
+        return ""
+    error = walkers.error(environment)
+    return episode_player.end_of(walkers.specification["id"], terminated, float(reward), error)
 
 
-def shown(episodes: Iterable[Episode], total: int) -> Iterator[Episode]:
-    """Yields the same episodes. With tqdm, shows a bar on standard error if it is a terminal."""
+def play_network(
+    player: _core.EpisodePlayer,
+    network: _core.Policy,
+    seeds: Sequence[int],
+    world: World,
+    receive: Callable[[Episode], None],
+) -> None:
+    """Plays every episode of a network to its end, as `play` does, and calls `receive` with each in
+    the order in which they end."""
+    env_id, names = player.specification["id"], player.specification["info_names"]
+
+    def take(job: int, played: episode_player.PlayedEpisode) -> None:
+        receive(
+            Episode(
+                *(job, seeds[job], played.episode_return, played.length),
+                *(played.terminated, played.truncated),
+                episode_player.end_of(env_id, played.terminated, played.reward, played.error),
+                by_name(names, played.info),
+                played.error,
+                played.world,
+            )
+        )
+
+    episode_player.play_jobs(player, [network], [world], [(0, seed, 0) for seed in seeds], take)
+
+
+@contextlib.contextmanager
+def progress(total: int) -> Iterator[Callable[[Episode], None]]:
+    """Gives a function to call with each episode that has ended. With tqdm, it moves a bar on
+    standard error if that is a terminal."""
     try:
         tqdm: Any = importlib.import_module("tqdm").tqdm
     except ImportError:
         if sys.stderr.isatty():
             print("no progress bar without tqdm: pip install tqdm", file=sys.stderr)
-        yield from episodes
+        yield lambda episode: None
         return
     returns = 0.0
     # disable=None: no bar if standard error is not a terminal.
     with tqdm(total=total, unit=" episodes", disable=None, leave=False) as bar:
-        for count, episode in enumerate(episodes, 1):
+
+        def move(episode: Episode) -> None:
+            nonlocal returns
             returns += episode.episode_return
-            bar.set_postfix_str(f"mean return {returns / count:.1f}", refresh=False)
+            bar.set_postfix_str(f"mean return {returns / (bar.n + 1):.1f}", refresh=False)
             bar.update()
-            yield episode
+
+        yield move

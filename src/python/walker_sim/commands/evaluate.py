@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 import time
 from collections import ChainMap
-from typing import Sequence
+from typing import Any, Callable, NamedTuple, Sequence
 
 from walker_sim.commands import options as common
 from walker_sim.commands import results
-from walker_sim.commands.episodes import play, shown
-from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
-from walker_sim.worlds import range_text
+from walker_sim.commands.episodes import Episode, play, play_network, progress
+from walker_sim.commands.policies import (
+    POLICY_HELP,
+    PolicyFailed,
+    find_network,
+    make_policies,
+    policy_text,
+)
+from walker_sim.episode_player import make_player
+from walker_sim.transport import Specification
+from walker_sim.worlds import World, range_text, to_world
 
 EPISODES = 100
 
@@ -72,39 +81,87 @@ def _parser() -> common.Parser:
     return parser
 
 
+class _Source(NamedTuple):
+    """What plays the episodes."""
+
+    specification: Specification
+    worlds: Sequence[World]
+    num_envs: int
+    play: Callable[[Callable[[Episode], None]], None]
+
+
+def _source(
+    options: argparse.Namespace, env_id: str, parameters: dict[str, Any], seeds: Sequence[int]
+) -> _Source:
+    network = find_network(options, env_id, parameters)
+    reuses = parameters.get("reuse_world") is True
+    if network is None or options.transport == "ros" or reuses:
+        return _stepped(options, env_id, parameters, seeds)
+    try:
+        world = to_world(env_id, options.world)
+        num_threads = options.num_threads or 0
+        player = make_player(env_id, parameters, num_threads, options.num_envs)
+    except (ValueError, TypeError, RuntimeError) as error:
+        raise common.InputError(str(error)) from error
+
+    def play_all(receive: Callable[[Episode], None]) -> None:
+        try:
+            play_network(player, network, seeds, world, receive)
+        except ValueError as error:  # a network that overflows
+            raise PolicyFailed(f"--policy {options.policy}: {error}") from error
+
+    return _Source(player.specification, [world], min(player.num_envs, len(seeds)), play_all)
+
+
+def _stepped(
+    options: argparse.Namespace, env_id: str, parameters: dict[str, Any], seeds: Sequence[int]
+) -> _Source:
+    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
+    policies = make_policies(options, env_id, parameters, walkers.specification)
+
+    def play_all(receive: Callable[[Episode], None]) -> None:
+        for episode in play(walkers, seeds, policies):
+            receive(episode)
+        walkers.close()
+
+    # Over ROS the worlds may be the server's own.
+    return _Source(walkers.specification, walkers.worlds(), walkers.num_envs, play_all)
+
+
 def run(arguments: Sequence[str]) -> int:
     options = _parser().parse_intermixed_args(arguments)
     env_id, parameters = common.walker_of(options.walker)
     if options.plot:
         results.check_format(options.plot)  # fails before the episodes, which may take hours
     seeds = common.chosen_seeds(options)
-    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(options, env_id, parameters, walkers.specification)
-    worlds = walkers.worlds()  # over ROS they may be the server's own
+    source = _source(options, env_id, parameters, seeds)
+    specification, worlds = source.specification, source.worlds
     world = worlds[0] if all(one == worlds[0] for one in worlds) else worlds
     table = None
     if options.csv:
-        table = results.Table(
-            options.csv, walkers.specification["info_names"], [*ChainMap(*worlds)]
-        )
+        table = results.Table(options.csv, specification["info_names"], [*ChainMap(*worlds)])
     began = time.monotonic()
-    episodes = []
+    episodes: list[Episode] = []
     try:
-        for episode in shown(play(walkers, seeds, policies), len(seeds)):
-            episodes.append(episode)
-            if table:
-                table.add(episode)
+        with progress(len(seeds)) as show:
+
+            def receive(episode: Episode) -> None:
+                episodes.append(episode)
+                show(episode)
+                if table:
+                    table.add(episode)
+
+            source.play(receive)
     except KeyboardInterrupt:
         if table:
             print(f"{options.csv}: {len(episodes)} of {len(seeds)} episodes", file=sys.stderr)
         raise
     episodes.sort()
     seconds = time.monotonic() - began
-    walkers.close()
 
     threshold = options.threshold
-    if threshold is None and not math.isnan(walkers.specification["reward_threshold"]):
-        threshold = walkers.specification["reward_threshold"]
+    if threshold is None and not math.isnan(specification["reward_threshold"]):
+        threshold = specification["reward_threshold"]
     summary = results.summarise(episodes, threshold)
     policy = policy_text(options)
     walker = " ".join([env_id, *(word for word in options.walker if "=" in word)])
@@ -119,7 +176,7 @@ def run(arguments: Sequence[str]) -> int:
     # Standard output must be the same in every run.
     print(
         f"{steps:,} steps in {seconds:.1f} s: {steps / seconds:,.0f} a second, policy included; "
-        f"environments at once: {walkers.num_envs}",
+        f"environments at once: {source.num_envs}",
         file=sys.stderr,
     )
     if table:
@@ -127,9 +184,9 @@ def run(arguments: Sequence[str]) -> int:
     if options.json:
         head = {
             "id": env_id,
-            "parameters": walkers.specification["parameters"],
+            "parameters": specification["parameters"],
             "policy": policy,
-            "engine": walkers.specification["engine_version"],
+            "engine": specification["engine_version"],
         }
         if options.world is not None or world:
             head["world"] = world

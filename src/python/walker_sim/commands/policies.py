@@ -60,10 +60,9 @@ def make_policies(
         return lambda seed: lambda observation: np.zeros(size, np.float32)
     if text in ("heuristic", "random"):
         return _agents(text, env_id, parameters, size)
-    if text == "shipped":
-        text = str(shipped_policy(env_id))
-    if text.endswith(".safetensors"):
-        return _network(text, env_id, parameters)
+    network = find_network(options, env_id, parameters)
+    if network is not None:
+        return _acting(network, text)
     if text.endswith(".zip"):
         return _sb3_model(text, specification, normalization)
     if ":" in text:
@@ -110,19 +109,31 @@ def _agents(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Po
     return policy_of
 
 
-def _network(path: str, env_id: str, parameters: dict[str, Any]) -> Policies:
-    """Makes one policy for all episodes: a network has no state."""
+def find_network(
+    options: argparse.Namespace, env_id: str, parameters: dict[str, Any]
+) -> _core.Policy | None:
+    """Reads the network that --policy names; None if it names another kind of policy. An InputError
+    names a file that is none or does not fit."""
+    text = options.policy
+    path = str(shipped_policy(env_id)) if text == "shipped" else text
+    if not path.endswith(".safetensors"):
+        return None
     try:
         network = _core.Policy(os.fsencode(path))
         network.check(env_id, parameters)
     except ValueError as error:
         raise InputError(f"--{error}") from error  # the error begins with "policy FILE"
+    return network
+
+
+def _acting(network: _core.Policy, text: str) -> Policies:
+    """Makes one policy for all episodes: a network has no state."""
     policy = acting(network, network.action_size)
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
         action = policy(observation)
         if not np.isfinite(action).all():  # large weights overflow
-            raise PolicyFailed(f"--policy {path}: action = {action}: must be finite")
+            raise PolicyFailed(f"--policy {text}: action = {action}: must be finite")
         return action
 
     return lambda seed: act

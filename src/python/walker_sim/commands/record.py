@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import Episode, Steps, play, shown
+from walker_sim.commands.episodes import Episode, Steps, play, progress
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
 from walker_sim.worlds import text_of, to_world
@@ -79,7 +79,12 @@ def run(arguments: Sequence[str]) -> int:
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options, env_id, parameters, walkers.specification)
-    episodes = sorted(shown(play(walkers, seeds, policies, keeps_steps=True), len(seeds)))
+    episodes = []
+    with progress(len(seeds)) as show:
+        for episode in play(walkers, seeds, policies, keeps_steps=True):
+            show(episode)
+            episodes.append(episode)
+    episodes.sort()
     for episode in episodes:
         if episode.length == 0:
             raise common.InputError(

@@ -1,0 +1,364 @@
+#include "walker_sim/episode_player.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "base/checks.h"
+#include "base/interruption.h"
+#include "base/limits.h"
+#include "episode/episode.h"
+#include "episode/thread_pool.h"
+#include "policy/network.h"
+
+namespace walker {
+namespace {
+
+// More make no step faster, and more of them idle while the last episodes end.
+constexpr std::size_t kEnvsPerThread = 64;
+
+/// One call of `play`, shared by its threads.
+class Call {
+ public:
+  Call(const std::vector<const Policy*>& policies, const std::vector<EpisodeJob>& all_jobs,
+       std::vector<std::shared_ptr<const CheckedWorld>> checked_worlds)
+      : jobs(all_jobs), worlds(std::move(checked_worlds)) {
+    for (const Policy* policy : policies) networks.push_back(&forward_of(*policy));
+  }
+
+  const std::vector<EpisodeJob>& jobs;
+  std::vector<const Forward*> networks;                     // by policy
+  std::vector<std::shared_ptr<const CheckedWorld>> worlds;  // null: Gymnasium's
+
+  /// Returns the next job that no thread has begun; nullopt: there is none.
+  std::optional<std::size_t> take_job() {
+    if (is_stopping_ || next_job_ >= jobs.size()) return std::nullopt;
+    const std::size_t job = next_job_++;
+    return job < jobs.size() ? std::optional(job) : std::nullopt;
+  }
+
+  bool is_stopping() const { return is_stopping_; }
+
+  void finish(std::size_t job, PlayedEpisode episode) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    finished_.emplace_back(job, std::move(episode));
+    has_news_.notify_one();
+  }
+
+  /// Ends the call with the exception that is being handled.
+  void fail() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!failure_) failure_ = std::current_exception();
+    is_stopping_ = true;
+    has_news_.notify_one();
+  }
+
+  /// Hands over the outcomes so far, in the caller's thread.
+  /// @param patience upper bound of the time to wait for one
+  void deliver(const EpisodePlayer::Receive& receive, std::chrono::milliseconds patience) {
+    check_interruption();
+    std::vector<std::pair<std::size_t, PlayedEpisode>> delivered;
+    {
+      std::unique_lock<std::mutex> lock(mutex_);
+      has_news_.wait_for(lock, patience, [this] { return !finished_.empty() || is_stopping_; });
+      std::swap(finished_, delivered);
+    }
+    num_delivered_ += delivered.size();
+    for (const auto& [job, episode] : delivered) receive(job, episode);
+  }
+
+  bool is_done() const { return is_stopping_ || num_delivered_ == jobs.size(); }
+
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::atomic<std::size_t> next_job_{0};
+  std::atomic<bool> is_stopping_{false};
+  std::mutex mutex_;
+  std::condition_variable has_news_;
+  std::vector<std::pair<std::size_t, PlayedEpisode>> finished_;
+  std::exception_ptr failure_;
+  std::size_t num_delivered_ = 0;
+};
+
+/// The environments of one thread, and the episodes that it is playing.
+class Table {
+ public:
+  explicit Table(bool sums_observations) : sums_observations_(sums_observations) {}
+
+  std::size_t num_envs() const { return seats_.size(); }
+  const Specification& specification() const { return seats_.front()->episode->specification(); }
+
+  void add(std::unique_ptr<Episode> episode) {
+    seats_.push_back(std::make_unique<Seat>());
+    seats_.back()->episode = std::move(episode);
+  }
+
+  /// Plays until no job is left, or the call ends early.
+  /// @param after_step called after each step of all episodes
+  template <typename AfterStep>
+  void play(Call& call, AfterStep after_step) {
+    playing_.clear();
+    free_.clear();
+    for (const std::unique_ptr<Seat>& seat : seats_) free_.push_back(seat.get());
+    while (begin_episodes(call), !playing_.empty() && !call.is_stopping()) {
+      act(call);
+      step_together(playing_, actions_.data());
+      const auto ended = std::stable_partition(playing_.begin(), playing_.end(), is_running);
+      std::for_each(ended, playing_.end(), [&](Seat* seat) { leave(*seat, call); });
+      playing_.erase(ended, playing_.end());
+      after_step();
+    }
+  }
+
+ private:
+  /// An environment and its present job.
+  struct Seat {
+    std::unique_ptr<Episode> episode;
+    std::size_t job = 0;
+    const Forward* network = nullptr;
+    PlayedEpisode outcome;  // only the sums, until the episode ends
+  };
+
+  static bool is_running(const Seat* seat) { return !seat->episode->state().has_ended(); }
+
+  /// Gives jobs to free environments. One whose reset fails is free again.
+  void begin_episodes(Call& call) {
+    bool has_begun = false;
+    while (!free_.empty()) {
+      std::vector<Seat*> begun;
+      while (!free_.empty()) {
+        const std::optional<std::size_t> job = call.take_job();
+        if (!job) break;
+        begun.push_back(free_.back());
+        free_.pop_back();
+        sit(*begun.back(), *job, call);
+      }
+      if (begun.empty()) break;
+      step_together(begun, nullptr, &call.jobs);
+      for (Seat* seat : begun) {
+        if (is_running(seat)) {
+          playing_.push_back(seat);
+        } else {
+          leave(*seat, call);
+        }
+      }
+      has_begun = true;
+    }
+    if (!has_begun) return;
+    // Rows of the same network are computed together.
+    std::stable_sort(playing_.begin(), playing_.end(), [](const Seat* one, const Seat* other) {
+      return std::less<>()(one->network, other->network);
+    });
+  }
+
+  void sit(Seat& seat, std::size_t index, const Call& call) {
+    const EpisodeJob& job = call.jobs[index];
+    seat.job = index;
+    seat.network = call.networks[job.policy];
+    seat.outcome = {};
+    if (sums_observations_) {
+      const std::size_t size = specification().observation_size();
+      seat.outcome.observation_sums.resize(size);
+      seat.outcome.observation_squares.resize(size);
+    }
+    seat.episode->set_world(call.worlds.empty() ? nullptr : call.worlds[job.world]);
+  }
+
+  /// Computes the actions of all episodes that are being played.
+  void act(const Call& call) {
+    const std::size_t observation_size = specification().observation_size();
+    const std::size_t action_size = specification().action_size();
+    const bool is_single = specification().observation_dtype == "float32";
+    observations_.resize(playing_.size() * observation_size);
+    actions_.resize(playing_.size() * action_size);
+    double* row = observations_.data();
+    for (Seat* seat : playing_) {
+      for (const double value : seat->episode->state().observation) {
+        *row++ = is_single ? static_cast<float>(value) : value;
+      }
+      if (sums_observations_) add_observation(row - observation_size, seat->outcome);
+    }
+    for (std::size_t begin = 0, end = 0; begin < playing_.size(); begin = end) {
+      const Forward& network = *playing_[begin]->network;
+      while (end < playing_.size() && playing_[end]->network == &network) ++end;
+      // Networks of other sizes need other memory.
+      if (!scratch_ || !scratch_->fits(network.network())) scratch_.emplace(network.network());
+      network.act(&observations_[begin * observation_size], end - begin,
+                  &actions_[begin * action_size], *scratch_);
+    }
+    const auto wrong = std::find_if(actions_.begin(), actions_.end(),
+                                    [](double action) { return !std::isfinite(action); });
+    if (wrong == actions_.end()) return;
+    const Seat& seat = *playing_[static_cast<std::size_t>(wrong - actions_.begin()) / action_size];
+    const EpisodeJob& job = call.jobs[seat.job];
+    throw PolicyError("policy " + std::to_string(job.policy) + ", seed " +
+                      std::to_string(job.seed) + ": action " + std::to_string(*wrong) +
+                      " in step " + std::to_string(seat.episode->state().step + 1) +
+                      ": must be finite");
+  }
+
+  static void add_observation(const double* observation, PlayedEpisode& outcome) {
+    for (std::size_t i = 0; i < outcome.observation_sums.size(); ++i) {
+      outcome.observation_sums[i] += observation[i];
+      outcome.observation_squares[i] += observation[i] * observation[i];
+    }
+  }
+
+  /// @param actions a row per seat; null: resets with the seeds of the jobs
+  static void step_together(const std::vector<Seat*>& seats, const double* actions,
+                            const std::vector<EpisodeJob>* jobs = nullptr) {
+    const std::size_t group_size = seats.front()->episode->group_size();
+    const std::size_t action_size = seats.front()->episode->specification().action_size();
+    std::array<Episode::GroupStep, kMaxGroupSize> steps;
+    for (std::size_t begin = 0; begin < seats.size(); begin += group_size) {
+      const std::size_t count = std::min(group_size, seats.size() - begin);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Seat& seat = *seats[begin + i];
+        steps[i] = {seat.episode.get(), nullptr, {}};
+        if (jobs == nullptr) {
+          steps[i].action = actions + (begin + i) * action_size;
+        } else {
+          steps[i].seed = (*jobs)[seat.job].seed;
+        }
+      }
+      Episode::step_group(steps.data(), count);
+    }
+  }
+
+  /// Reports the outcome of an episode that has ended, and frees its environment.
+  void leave(Seat& seat, Call& call) {
+    const EpisodeState& state = seat.episode->state();
+    PlayedEpisode& outcome = seat.outcome;
+    outcome.episode_return = state.episode_return;
+    outcome.length = state.step;
+    outcome.terminated = state.terminated;
+    outcome.truncated = state.truncated;
+    outcome.reward = state.reward;
+    outcome.end_reason = state.end_reason_detail();
+    outcome.error = state.error;
+    outcome.info = state.info;
+    outcome.world = state.world_values();
+    call.finish(seat.job, std::move(outcome));
+    free_.push_back(&seat);
+  }
+
+  bool sums_observations_;
+  std::vector<std::unique_ptr<Seat>> seats_;
+  std::vector<Seat*> playing_;  // in the order of their networks
+  std::vector<Seat*> free_;
+  std::vector<double> observations_;  // a row for each that is playing
+  std::vector<double> actions_;       // likewise
+  std::optional<Scratch> scratch_;
+};
+
+void check(const std::vector<EpisodeJob>& jobs, std::size_t num_policies, std::size_t num_worlds) {
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const std::string name = "job " + std::to_string(i) + ": ";
+    if (num_policies == 0) throw std::invalid_argument(name + "there is no policy");
+    check_number(name + "policy", jobs[i].policy, 0, num_policies - 1);
+    check_number(name + "world", jobs[i].world, 0, std::max<std::size_t>(num_worlds, 1) - 1);
+  }
+}
+
+}  // namespace
+
+struct EpisodePlayer::Implementation {
+  Implementation(std::function<std::unique_ptr<Environment>()> make_environment,
+                 const EpisodePlayerOptions& given)
+      : make(std::move(make_environment)), options(given) {
+    check_number("num_threads", options.num_threads, 0, kMaxThreads);
+    check_number("num_envs", options.num_envs, 0, kMaxPoolSize);
+    if (options.num_threads == 0) options.num_threads = std::min(num_processors(), kMaxThreads);
+    if (options.num_envs == 0) options.num_envs = kEnvsPerThread * options.num_threads;
+    options.num_threads = std::min(options.num_threads, options.num_envs);
+    for (std::size_t i = 0; i < options.num_threads; ++i) {
+      tables.emplace_back(options.sums_observations);
+    }
+    tables[0].add(make_one());
+    if (!tables[0].specification().episodes_are_independent) {
+      throw std::invalid_argument("reuse_world = true: an episode would depend on those before it");
+    }
+  }
+
+  std::unique_ptr<Episode> make_one() const {
+    check_interruption();
+    return std::unique_ptr<Episode>(&episode_of(*make().release()));
+  }
+
+  /// Makes the environments that `num_jobs` need.
+  /// @return number of threads that play
+  std::size_t prepare(std::size_t num_jobs) {
+    const std::size_t num_threads = std::min(tables.size(), num_jobs);
+    if (num_threads == 0) return 0;
+    const std::size_t num_envs = std::min(options.num_envs, num_jobs);
+    for (std::size_t i = 0; i < num_threads; ++i) {
+      const std::size_t share = num_envs * (i + 1) / num_threads - num_envs * i / num_threads;
+      while (tables[i].num_envs() < share) tables[i].add(make_one());
+    }
+    return num_threads;
+  }
+
+  std::function<std::unique_ptr<Environment>()> make;
+  EpisodePlayerOptions options;
+  std::vector<Table> tables;  // by thread
+};
+
+EpisodePlayer::EpisodePlayer(std::function<std::unique_ptr<Environment>()> make,
+                             const EpisodePlayerOptions& options)
+    : implementation_(std::make_unique<Implementation>(std::move(make), options)) {}
+
+EpisodePlayer::~EpisodePlayer() = default;
+
+const Specification& EpisodePlayer::specification() const {
+  return implementation_->tables[0].specification();
+}
+
+const EpisodePlayerOptions& EpisodePlayer::options() const { return implementation_->options; }
+
+void EpisodePlayer::play(const std::vector<const Policy*>& policies,
+                         const std::vector<World>& worlds, const std::vector<EpisodeJob>& jobs,
+                         const Receive& receive) {
+  check(jobs, policies.size(), worlds.size());
+  for (const Policy* policy : policies) policy->check(specification());
+  std::vector<std::shared_ptr<const CheckedWorld>> checked;
+  for (const World& world : worlds) checked.push_back(CheckedWorld::share(specification(), world));
+  const std::size_t num_threads = implementation_->prepare(jobs.size());
+  if (num_threads == 0) return;
+  Call call(policies, jobs, std::move(checked));
+  const auto play_at = [&call](Table& table, const auto& after_step) {
+    try {
+      table.play(call, after_step);
+    } catch (...) {
+      call.fail();
+    }
+  };
+  std::vector<std::thread> threads;
+  try {
+    for (std::size_t i = 1; i < num_threads; ++i) {
+      threads.emplace_back([&, i] { play_at(implementation_->tables[i], [] {}); });
+    }
+    play_at(implementation_->tables[0],
+            [&] { call.deliver(receive, std::chrono::milliseconds(0)); });
+    // A signal that ends the call must not wait for the episodes of other threads.
+    while (!call.is_done()) call.deliver(receive, std::chrono::milliseconds(50));
+  } catch (...) {
+    call.fail();
+  }
+  for (std::thread& thread : threads) thread.join();
+  call.rethrow();
+}
+
+}  // namespace walker
