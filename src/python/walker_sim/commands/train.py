@@ -14,8 +14,10 @@ from typing import Any, Sequence
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.files import package_file
-from walker_sim.training.settings import Settings, read_settings
+from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings
 from walker_sim.worlds import to_world
+
+STATE = Path("checkpoint") / "state.json"
 
 DESCRIPTION = """\
 Trains a policy with Stable-Baselines3, with the settings that the package includes for ID. Training
@@ -72,44 +74,56 @@ def run(arguments: Sequence[str]) -> int:
     options = _parser().parse_intermixed_args(arguments)
     threads = options.num_threads
     try:
-        training_run: Any = importlib.import_module("walker_sim.training.run")
-        torch: Any = importlib.import_module("torch")
         tqdm: Any = importlib.import_module("tqdm").tqdm
         importlib.import_module("yaml")
+        env_id, settings, folder, first = (_resumed if options.resume else _new)(options)
+        stages = [
+            _stage_class(settings.stage(index), threads) for index in range(settings.num_stages)
+        ]
     except ImportError as error:
         raise InputError(f"needs pip install 'walker_sim[train]' ({error})") from error
-    try:
-        env_id, settings, folder = (_resumed if options.resume else _new)(options)
     except ValueError as error:  # of the settings or the world
         raise InputError(str(error)) from error
-    if threads:
-        torch.set_num_threads(threads)
     folder.mkdir(parents=True, exist_ok=True)
     # disable=None: no bar if standard error is not a terminal.
-    with tqdm(total=settings.steps, unit=" steps", unit_scale=True, disable=None) as bar:
+    total = settings.steps_before(settings.num_stages)
+    with tqdm(total=total, unit=" steps", unit_scale=True, disable=None) as bar:
         show = functools.partial(_show, bar)
-        try:
-            training = training_run.Training(
-                env_id, settings, folder, num_threads=threads, report=show
-            )
-            if options.resume:
-                training.resume()
-        except (ValueError, TypeError, AssertionError) as error:  # from the walkers or the learner
-            raise InputError(str(error)) from error
-        training.run()
-        training.close()
-    if not training.is_done:
-        print(
-            f"stopped after {training.steps:,} steps; to continue: "
-            f"python3 -m walker_sim train --resume {folder}",
-            file=sys.stderr,
-        )
-        return 130
-    print(f"{folder / training_run.POLICY}: mean return {training.best:.1f} in its evaluation")
+        for index in range(first, settings.num_stages):
+            try:
+                training = stages[index](
+                    env_id, settings, folder, index=index, num_threads=threads, report=show
+                )
+                if options.resume and index == first and _state(folder)["stage"] == index:
+                    training.resume()
+            except (ValueError, TypeError, AssertionError) as error:  # from walkers or learner
+                raise InputError(str(error)) from error
+            training.run()
+            training.close()
+            if not training.is_done:
+                print(
+                    f"stopped after {training.all_steps:,} steps; to continue: "
+                    f"python3 -m walker_sim train --resume {folder}",
+                    file=sys.stderr,
+                )
+                return 130
+    print(f"{folder / 'policy.safetensors'}: mean return {training.best:.1f} in its evaluation")
     return 0
 
 
-def _new(options: argparse.Namespace) -> tuple[str, Settings, Path]:
+def _stage_class(settings: Settings, num_threads: int) -> Any:
+    """Returns the class of a stage; ImportError if it needs a package that is not installed."""
+    if settings.algorithm in EVOLUTIONARY:
+        if settings.algorithm == "cma":
+            importlib.import_module("cma")
+        return importlib.import_module("walker_sim.training.es").Evolution
+    torch: Any = importlib.import_module("torch")
+    if num_threads:
+        torch.set_num_threads(num_threads)
+    return importlib.import_module("walker_sim.training.run").Training
+
+
+def _new(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
     env_id, parameters = common.walker_of(options.walker)
     settings = read_settings(options.settings or settings_file(env_id))
     changes: dict[str, Any] = {"parameters": {**settings.parameters, **parameters}}
@@ -121,24 +135,30 @@ def _new(options: argparse.Namespace) -> tuple[str, Settings, Path]:
     folder = options.out or Path("runs") / env_id
     if (folder / "checkpoint").exists():
         raise InputError(f"--out {folder}: has a training, which --resume {folder} continues")
-    return env_id, dataclasses.replace(settings, **changes), folder
+    return env_id, dataclasses.replace(settings, **changes), folder, 0
 
 
-def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path]:
+def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
     for name in ("walker", "world", "settings", "out", "steps", "seed"):
         if getattr(options, name) not in (None, []):
             raise InputError(f"--resume {options.resume}: not allowed with {name}")
     folder = options.resume
-    state = folder / "checkpoint" / "state.json"
-    if not state.exists():
+    if not (folder / STATE).exists():
         raise InputError(f"--resume {folder}: has no checkpoint")
     try:
-        env_id = json.loads(state.read_text(encoding="utf-8"))["id"]
+        state = _state(folder)
+        env_id, stage = str(state["id"]), int(state["stage"]) + bool(state["is_done"])
     except (RecursionError, ValueError, TypeError, KeyError) as error:
         raise InputError(
-            f"--resume {folder}: {state}: not a checkpoint: {type(error).__name__}: {error}"
+            f"--resume {folder}: {folder / STATE}: not a checkpoint: "
+            f"{type(error).__name__}: {error}"
         ) from error
-    return str(env_id), read_settings(folder / "settings.yaml"), folder
+    settings = read_settings(folder / "settings.yaml")
+    return env_id, settings, folder, min(stage, settings.num_stages - 1)
+
+
+def _state(folder: Path) -> dict[str, Any]:
+    return dict(json.loads((folder / STATE).read_text(encoding="utf-8")))
 
 
 def settings_file(env_id: str) -> Path:
@@ -152,7 +172,7 @@ def settings_file(env_id: str) -> Path:
 def _show(bar: Any, training: Any, point: Any) -> None:
     """Updates the progress bar; prints a line if there is a new point of the curve."""
     bar.set_postfix_str(f"return {training.mean_return:.1f}", refresh=False)
-    bar.update(training.steps - bar.n)
+    bar.update(training.all_steps - bar.n)
     if point is not None:
         bar.write(
             f"{point.steps:>12,} steps {point.seconds:8.0f} s   training "

@@ -11,15 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.commands.episodes import play
-from walker_sim.commands.policies import acting
-from walker_sim.transport import ServerAddress, make_walkers
+from walker_sim.episode_player import make_player, play_jobs
 
 FIRST_CHOICE_SEED = 2_000_000
 """First seed of the episodes that decide which policy is kept. Those of the model cards in
 docs/policies begin at 1000000."""
-
-MAX_ENVS = 100
 
 
 class Evaluation:
@@ -35,20 +31,14 @@ class Evaluation:
     ) -> None:
         # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in parameters.items() if name != "reuse_world"}
-        self._walkers = make_walkers(
-            *(env_id, min(episodes, MAX_ENVS), "next_step", own, ServerAddress()), num_threads
-        )
-        self._walkers.set_world([], [dict(world)])
-        self._seeds = range(FIRST_CHOICE_SEED, FIRST_CHOICE_SEED + episodes)
+        self._player = make_player(env_id, own, num_threads)
+        self._world = dict(world)
+        self._jobs = [(0, FIRST_CHOICE_SEED + index, 0) for index in range(episodes)]
 
     def returns(self, network: _core.Policy) -> NDArray[np.float64]:
         """Returns the return of each episode."""
-        policy = acting(network, network.action_size)
-        episodes = sorted(play(self._walkers, self._seeds, lambda seed: policy))
+        episodes = play_jobs(self._player, [network], [self._world], self._jobs)
         return np.array([episode.episode_return for episode in episodes])
-
-    def close(self) -> None:
-        self._walkers.close()
 
 
 class Point(NamedTuple):

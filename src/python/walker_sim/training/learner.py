@@ -14,9 +14,6 @@ from walker_sim.training.models import actor_layers
 from walker_sim.training.policy_file import OBSERVATION_CLIP
 from walker_sim.training.settings import Settings
 
-FIRST_TRAINING_SEED = 1 << 40
-"""Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
-
 INITIAL_LOG_STD = -0.5  # of learnt noise
 
 

@@ -6,6 +6,7 @@ docs/policies.md documents the format. `walker_sim._core.Policy` reads it and ac
 from __future__ import annotations
 
 import json
+import os
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from walker_sim import _core
 
 FORMAT = "walker_sim policy 1"
 OBSERVATION_CLIP = 10.0
@@ -89,6 +92,42 @@ def to_bytes(policy: PolicyFile) -> bytes:
     text += b" " * (-len(text) % 8)
     return b"".join(
         [struct.pack("<Q", len(text)), text, *(tensor.tobytes() for tensor in tensors.values())]
+    )
+
+
+def read_policy(path: Path) -> PolicyFile:
+    """Reads a policy that `walker_sim._core.Policy` has accepted or `write_policy` has written.
+
+    ValueError if it is another file.
+    """
+    _core.Policy(os.fsencode(path))  # checks it and names the fault
+    content = path.read_bytes()
+    (size,) = struct.unpack_from("<Q", content)
+    header = json.loads(content[8 : 8 + size])
+    metadata = header.pop("__metadata__")
+    tensors = {
+        name: np.frombuffer(
+            content[8 + size + entry["data_offsets"][0] : 8 + size + entry["data_offsets"][1]],
+            {"F64": "<f8", "F32": "<f4"}[entry["dtype"]],
+        ).reshape(entry["shape"])
+        for name, entry in header.items()
+    }
+    layers = [
+        (tensors[f"layers.{i}.weight"], tensors[f"layers.{i}.bias"])
+        for i in range(int(metadata["layers"]))
+    ]
+    own = ("format", "id", "parameters", "activation", "output", "layers")
+    return PolicyFile(
+        env_id=metadata["id"],
+        parameters=json.loads(metadata.get("parameters", "{}")),
+        activation=metadata["activation"],
+        output=metadata["output"],
+        mean=tensors["observation.mean"],
+        deviation=tensors["observation.deviation"],
+        low=tensors["action.low"],
+        high=tensors["action.high"],
+        layers=layers,
+        notes={name: text for name, text in metadata.items() if name not in own},
     )
 
 

@@ -9,9 +9,12 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Mapping
+from typing import Any, Callable, Mapping, Sequence
 
 from walker_sim.worlds import World, read_world
+
+EVOLUTIONARY = ("es", "cma")
+"""Algorithms that compare whole episodes of networks; they need neither torch nor gradients."""
 
 Check = Callable[[str, Any], Any]
 """Returns the value of a setting, given its name and content; SettingsError if invalid."""
@@ -60,9 +63,15 @@ def _optional(check: Check) -> Check:
     return lambda name, value: None if value is None else check(name, value)
 
 
+def _flag(name: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise SettingsError(f"{name} = {value!r}: must be true or false")
+    return value
+
+
 def _layers(name: str, value: Any) -> tuple[int, ...]:
-    if not isinstance(value, (list, tuple)) or not 1 <= len(value) <= 8:
-        raise SettingsError(f"{name} = {value!r}: must be a list of 1 to 8 whole numbers")
+    if not isinstance(value, (list, tuple)) or len(value) > 8:
+        raise SettingsError(f"{name} = {value!r}: must be a list of 0 to 8 whole numbers")
     return tuple(_whole(1, 4096)(name, size) for size in value)
 
 
@@ -103,6 +112,28 @@ def _changes(name: str, value: Any) -> dict[int, dict[str, Any]]:
     return changes
 
 
+def _text(name: str, value: Any) -> str:
+    if not isinstance(value, str) or not value:
+        raise SettingsError(f"{name} = {value!r}: must be a text")
+    return value
+
+
+def _stages(name: str, value: Any) -> list[dict[str, Any]]:
+    if not isinstance(value, (list, tuple)):
+        raise SettingsError(f"{name} = {value!r}: must be a list of mappings")
+    stages = []
+    for index, stage in enumerate(value):
+        where = f"{name}: {index + 1}"
+        for shared in ("stages", "seed", "evaluation_episodes"):
+            if shared in _mapping(where, stage):
+                raise SettingsError(f"{where}: {shared}: must be the same in all stages")
+        try:
+            stages.append(_checked(stage))
+        except SettingsError as error:
+            raise SettingsError(f"{where}: {error}") from error
+    return stages
+
+
 CHANGEABLE = {"gamma": _number(0, 1), "least_reward": _optional(_number(-math.inf, 0))}
 
 
@@ -115,7 +146,7 @@ def _setting(default: Any, check: Check) -> Any:
 class Settings:
     """Settings of one training, each a line of the file. docs/training.md describes them."""
 
-    algorithm: str = _setting("ppo", _one_of("ppo", "sac", "tqc"))
+    algorithm: str = _setting("ppo", _one_of("ppo", "sac", "tqc", "es", "cma"))
     steps: int = _setting(10_000_000, _whole(1))
     """Total number of steps of all walkers."""
     seed: int = _setting(0, _whole(0))
@@ -123,6 +154,9 @@ class Settings:
     """Parameters of the environment by name."""
     world: Mapping[str, tuple[float, float]] = _setting({}, _world)
     """World in which the policy is trained and evaluated."""
+    start: str | None = _setting(None, _optional(_text))
+    """ES and CMA: policy to start from, a file or `shipped`; None: that of the stage before, or
+    else a network whose last layer is zero."""
     num_envs: int = _setting(256, _whole(1))
     rollout: int = _setting(64, _whole(1))
     """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
@@ -147,6 +181,17 @@ class Settings:
     """Probability per step that a walker gets the learner's previous action instead of the new."""
     average_updates: int = _setting(1, _whole(1))
     """The evaluated and saved policy is the mean of the networks after this many latest updates."""
+    population: int = _setting(128, _whole(2))
+    """ES and CMA: networks that are compared in each update; ES: pairs, so that it is even."""
+    episodes: int = _setting(1, _whole(1))
+    """ES and CMA: episodes of each network in an update."""
+    sigma: tuple[float, float] = _setting((0.01, 0.01), _pair(0, 10))
+    """ES: standard deviation of the noise on the parameters at the beginning and at the end, linear
+    in between. CMA: the first one only, from where it adapts itself."""
+    common_seeds: bool = _setting(True, _flag)
+    """ES: whether all networks of an update play the same seeds; else each pair has its own."""
+    deviation_weight: float = _setting(0.0, _number(0, 100))
+    """ES and CMA: a network is worth its mean return minus this times its standard deviation."""
     buffer_size: int = _setting(1_000_000, _whole(1))
     """SAC, TQC: size of the replay buffer [steps]."""
     learning_starts: int = _setting(10_000, _whole(0))
@@ -156,6 +201,24 @@ class Settings:
     evaluation_episodes: int = _setting(100, _whole(1))
     changes: Mapping[int, Mapping[str, Any]] = _setting({}, _changes)
     """Maps a number of steps to values of gamma and least_reward that apply from there on."""
+    stages: Sequence[Mapping[str, Any]] = _setting([], _stages)
+    """Stages that follow this one, each with the settings that differ from the stage before. All
+    are evaluated with the first stage's parameters and world."""
+
+    @property
+    def num_stages(self) -> int:
+        return 1 + len(self.stages)
+
+    def stage(self, index: int) -> Settings:
+        """Returns the settings of one stage, without `stages`."""
+        settings = dataclasses.replace(self, stages=[])
+        for changes in self.stages[:index]:
+            settings = dataclasses.replace(settings, **{"start": None, **changes})
+        return settings
+
+    def steps_before(self, index: int) -> int:
+        """Returns the number of steps of all stages before this one."""
+        return sum(self.stage(before).steps for before in range(index))
 
     def at(self, steps: int) -> Settings:
         """Returns the settings with all `changes` up to this number of steps."""
@@ -168,10 +231,18 @@ class Settings:
     def hash(self) -> str:
         """Returns the SHA-256 of the settings, independent of the file's order and layout."""
         fields = dataclasses.asdict(self)
-        if not self.world:
-            del fields["world"]  # policies from before there were worlds keep their hashes
+        # Policies from before there were these settings keep their hashes.
+        for name in _LATER:
+            if fields[name] == getattr(Settings(), name):
+                del fields[name]
         text = json.dumps(fields, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+_LATER = (
+    *("world", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
+    "deviation_weight",
+)
 
 
 def read_settings(path: Path) -> Settings:
@@ -202,10 +273,24 @@ def write_settings(settings: Settings, path: Path) -> None:
 
 def settings_from(given: Mapping[str, Any]) -> Settings:
     """Checks a file's content and returns it as settings, missing ones with their defaults."""
+    settings = Settings(**_checked(given))
+    for index in range(settings.num_stages):
+        stage = settings.stage(index)
+        if stage.algorithm == "es" and stage.population % 2 != 0:
+            raise SettingsError(f"population = {stage.population}: must be even, for pairs")
+        if index > 0 and stage.algorithm not in EVOLUTIONARY:
+            raise SettingsError(
+                f"stages: {index}: algorithm = {stage.algorithm!r}: must be one of "
+                f"{', '.join(EVOLUTIONARY)}, which continue with a policy"
+            )
+    return settings
+
+
+def _checked(given: Mapping[str, Any]) -> dict[str, Any]:
     known = {item.name: item for item in dataclasses.fields(Settings)}
     values: dict[str, Any] = {}
     for name, value in given.items():
         if name not in known:
             raise SettingsError(f"{name}: unknown; must be one of {', '.join(known)}")
         values[name] = known[name].metadata["check"](name, value)
-    return Settings(**values)
+    return values

@@ -1,0 +1,281 @@
+"""Evolution strategies and CMA-ES: training by whole episodes of many networks, without gradients.
+
+docs/training.md has the mathematics and its sources.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pickle
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim import _core
+from walker_sim.commands.policies import shipped_policy
+from walker_sim.episode_player import make_player, play_jobs
+from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes
+from walker_sim.training.settings import Settings
+from walker_sim.training.stage import FIRST_TRAINING_SEED, POLICY, Stage
+
+ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
+HIDDEN_SCALE = 0.3  # of what a linear policy becomes in tanh units, where they are nearly linear
+
+Array = NDArray[np.float64]
+
+
+class Evolution(Stage):
+    """Training by ES or CMA-ES; see `Stage` for the parameters."""
+
+    def __init__(self, env_id: str, settings: Settings, folder: Path, **keywords: Any) -> None:
+        super().__init__(env_id, settings, folder, **keywords)
+        settings = self.settings
+        has_start = settings.start is not None or self.index > 0
+        self._player = make_player(
+            env_id, settings.parameters, self.num_threads, sums_observations=not has_start
+        )
+        specification = self._player.specification
+        self._sums = np.zeros((3, len(specification["observation_low"])))  # 1, x, x^2
+        self._template = self._first_policy(specification)
+        self._network = _core.Policy.from_bytes("network", to_bytes(self._template))
+        first = np.array(self._network.parameters)
+        self._recent: deque[Array] = deque([first], maxlen=settings.average_updates)
+        self._optimiser = _make_optimiser(settings, first)
+        self._steps, self._updates = 0, 0
+        self._mean_return = float("nan")
+
+    @property
+    def steps(self) -> int:
+        return self._steps
+
+    @property
+    def mean_return(self) -> float:
+        return self._mean_return
+
+    def learn(self) -> None:
+        every = self.settings.evaluate_every
+        next_evaluation = (self.steps // every + 1) * every
+        if self.index == 0 and self.steps == 0:
+            self.evaluate()  # an early interrupt also needs a policy
+        while not self.is_done and not self.wants_to_stop:
+            self.update()
+            self.report(self, None)
+            if self.steps >= next_evaluation:
+                next_evaluation += every
+                self.evaluate()
+                self.save_checkpoint()
+
+    def update(self) -> None:
+        """Compares a population, and moves towards the better ones."""
+        settings, progress = self.settings, min(self.steps / self.settings.steps, 1.0)
+        # Each update has a generator of its own, so that a resumed training continues with it.
+        random = np.random.default_rng([settings.seed, self.index, self._updates])
+        candidates = self._optimiser.ask(random, progress)
+        networks = [self._network.with_parameters(candidate) for candidate in candidates]
+        first_seed = FIRST_TRAINING_SEED + (settings.seed << 20) + (self.index << 36)
+        jobs = []
+        for index in range(len(candidates)):
+            group = 0 if settings.common_seeds else index // 2
+            number = self._updates * (1 if settings.common_seeds else len(candidates) // 2) + group
+            seeds = first_seed + number * settings.episodes
+            jobs += [(index, seeds + episode, 0) for episode in range(settings.episodes)]
+        episodes = play_jobs(self._player, networks, [dict(settings.world)], jobs)
+        returns = np.array([episode.episode_return for episode in episodes])
+        returns = returns.reshape(len(candidates), settings.episodes)
+        worth = returns.mean(axis=1) - settings.deviation_weight * returns.std(axis=1)
+        self._optimiser.tell(worth, progress)
+        self._recent.append(self._optimiser.mean)
+        self._steps += sum(episode.length for episode in episodes)
+        self._updates += 1
+        self._mean_return = float(returns.mean())
+        if episodes[0].observation_sums:
+            for episode in episodes:
+                self._sums[0] += episode.length
+                self._sums[1] += episode.observation_sums
+                self._sums[2] += episode.observation_squares
+            self._normalise()
+
+    def policy(self) -> PolicyFile:
+        parameters = np.asarray(np.mean(self._recent, axis=0), np.float32)
+        layers, begin = [], 0
+        for weight, bias in self._template.layers:
+            middle, end = begin + weight.size, begin + weight.size + bias.size
+            layers.append((parameters[begin:middle].reshape(weight.shape), parameters[middle:end]))
+            begin = end
+        self._template.layers, self._template.notes = layers, self.notes()
+        return self._template
+
+    def close(self) -> None:
+        pass  # the player has no thread while it does not play
+
+    def save(self, folder: Path) -> None:
+        state = {
+            "optimiser": self._optimiser,
+            "recent": list(self._recent),
+            "sums": self._sums,
+            "template": self._template,
+            "counts": (self._steps, self._updates, self._mean_return),
+        }
+        (folder / "evolution.pkl").write_bytes(pickle.dumps(state))
+
+    def load(self, folder: Path) -> None:
+        state = pickle.loads((folder / "evolution.pkl").read_bytes())
+        self._optimiser, self._sums = state["optimiser"], state["sums"]
+        self._recent.clear()
+        self._recent.extend(state["recent"])
+        self._steps, self._updates, self._mean_return = state["counts"]
+        self._template = state["template"]
+        self._network = _core.Policy.from_bytes("network", to_bytes(self._template))
+
+    def _first_policy(self, specification: dict[str, Any]) -> PolicyFile:
+        settings = self.settings
+        random = np.random.default_rng([settings.seed, self.index])
+        low, high = (
+            np.array(specification[f"action_{end}"], np.float32) for end in ("low", "high")
+        )
+        sizes = [self._sums.shape[1], *settings.layers, len(low)]
+        start = None
+        if settings.start is not None:
+            path = settings.start
+            start = read_policy(shipped_policy(self.env_id) if path == "shipped" else Path(path))
+        elif self.index > 0:
+            start = read_policy(self.folder / POLICY)
+        if start is not None:
+            _core.Policy.from_bytes("start", to_bytes(start)).check(
+                self.env_id, dict(self.whole.parameters)
+            )
+            start.layers = _fitted(start, sizes, random)
+            start.parameters = self._parameter_texts()
+            return start
+        return PolicyFile(
+            env_id=self.env_id,
+            parameters=self._parameter_texts(),
+            activation=settings.activation,
+            output="clip",
+            mean=np.zeros(sizes[0]),
+            deviation=np.ones(sizes[0]),
+            low=low,
+            high=high,
+            layers=_fitted(None, sizes, random),
+        )
+
+    def _parameter_texts(self) -> dict[str, str]:
+        return {name: str(value) for name, value in self.whole.parameters.items()}
+
+    def _normalise(self) -> None:
+        """Sets the mean and deviation of all observations so far."""
+        count, total, squares = self._sums
+        mean = total / count
+        self._template.mean = mean
+        self._template.deviation = np.sqrt(np.maximum(squares / count - mean**2, 0) + 1e-8)
+        self._network = _core.Policy.from_bytes("network", to_bytes(self._template))
+
+
+class AdamStrategy:
+    """Evolution strategy with antithetic noise, ranks as fitness and Adam.
+
+    Salimans et al. (2017), "Evolution Strategies as a Scalable Alternative to Reinforcement
+    Learning", algorithm 2, section 2.1; the noise comes in pairs as in Mania et al. (2018).
+    """
+
+    def __init__(self, settings: Settings, first: Array) -> None:
+        self._settings, self.mean = settings, first
+        self._first_moment, self._second_moment = np.zeros_like(first), np.zeros_like(first)
+        self._updates = 0
+        self._noise = np.zeros((0, len(first)))
+
+    def ask(self, random: np.random.Generator, progress: float) -> list[Array]:
+        """Returns the networks of the next update: pairs of mean plus and minus a noise."""
+        self._noise = random.standard_normal((self._settings.population // 2, len(self.mean)))
+        noise = _between(self._settings.sigma, progress) * self._noise
+        return [self.mean + sign * row for row in noise for sign in (1, -1)]
+
+    def tell(self, worth: Array, progress: float) -> None:
+        """Moves the mean, given what each network is worth."""
+        if not self._settings.common_seeds:  # only within its pair a network can be compared
+            differences = worth[::2] - worth[1::2]
+            worth = np.stack([differences, -differences], axis=1).ravel()
+        ranks = np.empty(len(worth))
+        ranks[np.argsort(worth, kind="stable")] = np.arange(len(worth)) / (len(worth) - 1) - 0.5
+        gradient = (ranks[::2] - ranks[1::2]) @ self._noise / len(worth)
+        gradient /= _between(self._settings.sigma, progress)
+        self._noise = self._noise[:0]
+        first, second, least = ADAM
+        self._updates += 1
+        self._first_moment = first * self._first_moment + (1 - first) * gradient
+        self._second_moment = second * self._second_moment + (1 - second) * gradient**2
+        mean = self._first_moment / (1 - first**self._updates)
+        root = np.sqrt(self._second_moment / (1 - second**self._updates))
+        rate = _between(self._settings.learning_rate, progress)
+        self.mean = self.mean + rate * mean / (root + least)
+
+
+class CmaStrategy:
+    """CMA-ES of the package cma, for policies with few parameters."""
+
+    def __init__(self, settings: Settings, first: Array) -> None:
+        cma: Any = importlib.import_module("cma")
+        options = {
+            "popsize": settings.population,
+            "seed": settings.seed + 1,  # 0 would be the time
+            "randn": self._draw,
+            "verbose": -9,
+        }
+        self._strategy = cma.CMAEvolutionStrategy(first, settings.sigma[0], options)
+        self._random = np.random.default_rng(0)
+        self._candidates: list[Array] = []
+
+    @property
+    def mean(self) -> Array:
+        return np.array(self._strategy.result.xfavorite)
+
+    def ask(self, random: np.random.Generator, progress: float) -> list[Array]:
+        self._random = random
+        self._candidates = self._strategy.ask()
+        return self._candidates
+
+    def tell(self, worth: Array, progress: float) -> None:
+        self._strategy.tell(self._candidates, list(-worth))
+
+    def _draw(self, *shape: int) -> Array:
+        return self._random.standard_normal(shape)
+
+
+def _make_optimiser(settings: Settings, first: Array) -> AdamStrategy | CmaStrategy:
+    return (AdamStrategy if settings.algorithm == "es" else CmaStrategy)(settings, first)
+
+
+def _between(ends: tuple[float, float], progress: float) -> float:
+    return ends[0] + (ends[1] - ends[0]) * progress
+
+
+def _fitted(
+    start: PolicyFile | None, sizes: list[int], random: np.random.Generator
+) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    """Returns layers of these sizes, from observation to action. They act as `start` does, which
+    has layers of these sizes or is linear; without it, actions are zero."""
+    if start is not None:
+        own = [start.layers[0][0].shape[1], *(len(bias) for _, bias in start.layers)]
+        if own == sizes:
+            return start.layers
+        if len(own) > 2 or len(sizes) != 3 or sizes[1] < sizes[2] or start.activation != "tanh":
+            raise ValueError(
+                f"layers = {sizes[1:-1]}: must be {own[1:-1]} as the policy to start from has "
+                "them, or, if that is linear, one layer with at least a unit for each action"
+            )
+    layers = []
+    for inputs, outputs in zip(sizes, sizes[1:]):
+        weight = random.standard_normal((outputs, inputs)) / np.sqrt(inputs)
+        layers.append((weight.astype(np.float32), np.zeros(outputs, np.float32)))
+    layers[-1][0][:] = 0
+    if start is not None:
+        # The first units compute the linear actions; the others do not act yet.
+        (weight, bias), (last, _) = layers
+        count = sizes[-1]
+        weight[:count] = HIDDEN_SCALE * start.layers[0][0]
+        bias[:count] = HIDDEN_SCALE * start.layers[0][1]
+        last[:, :count] = np.eye(count) / HIDDEN_SCALE
+    return layers

@@ -1,0 +1,208 @@
+"""What trainings of all algorithms have in common: evaluations, the best policy, the curve,
+checkpoints and interruptions."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+import time
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import Any, Callable
+
+import numpy as np
+
+from walker_sim import _core
+from walker_sim.errors import UnknownKeyword
+from walker_sim.training.evaluation import Evaluation, Point, draw_curve, read_curve, write_curve
+from walker_sim.training.policy_file import PolicyFile, to_bytes, write_policy
+from walker_sim.training.settings import Settings, write_settings
+
+POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
+CURVE, PICTURE = "curve.csv", "curve.png"
+FIRST_TRAINING_SEED = 1 << 40
+"""Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
+
+
+class Stage(ABC):
+    """One stage of the training of a policy, with its files in one folder.
+
+    Parameters
+    ----------
+    env_id, settings
+        Environment and settings of the training.
+    folder
+        Existing folder for policy.safetensors (the best policy on the evaluation's seeds),
+        settings.yaml, curve.csv, curve.png and the checkpoint.
+    index
+        Index of the stage. Its steps, its curve and its best policy continue those of the stages
+        before it, which have been completed in the same folder.
+    num_threads
+        Number of threads that step walkers; 0: one per processor. Results do not depend on it.
+    report
+        Called with the training and None after each update, with the training and the new point
+        after each evaluation.
+    """
+
+    def __init__(
+        self,
+        env_id: str,
+        settings: Settings,
+        folder: Path,
+        *,
+        index: int = 0,
+        num_threads: int = 0,
+        report: Callable[[Stage, Point | None], None] = lambda training, point: None,
+    ) -> None:
+        self.env_id, self.whole, self.folder, self.report = env_id, settings, folder, report
+        self.index, self.settings = index, settings.stage(index)
+        # VecEnv would take its own keywords and the camera's for parameters of the environment.
+        known = [parameter["name"] for parameter in _core.parameters_of(env_id)]
+        for name in self.settings.parameters:
+            if name not in known:
+                raise UnknownKeyword(f"parameter {name}: unknown; must be one of {' '.join(known)}")
+        self.points: list[Point] = []
+        self.best = -np.inf
+        self.wants_to_stop = False
+        # The stages are compared by the same episodes, in whatever they are trained.
+        self._evaluation = Evaluation(
+            *(env_id, settings.parameters, settings.world),
+            *(settings.evaluation_episodes, num_threads),
+        )
+        self.num_threads = num_threads
+        self._began = 0.0
+        self._evaluating = 0.0  # time spent evaluating, minus the checkpoint's `seconds` [s]
+        if index > 0:
+            self._continue(self._read_state())
+
+    @property
+    @abstractmethod
+    def steps(self) -> int:
+        """Number of steps of all walkers in this stage so far."""
+
+    @property
+    @abstractmethod
+    def mean_return(self) -> float:
+        """Mean return of the latest training episodes; NaN before the first has ended."""
+
+    @abstractmethod
+    def policy(self) -> PolicyFile:
+        """Returns the policy to evaluate."""
+
+    @abstractmethod
+    def learn(self) -> None:
+        """Learns until the last step or `wants_to_stop`. Calls `report`, `evaluate` and
+        `save_checkpoint`."""
+
+    @abstractmethod
+    def save(self, folder: Path) -> None:
+        """Saves the learner's state."""
+
+    @abstractmethod
+    def load(self, folder: Path) -> None:
+        """Restores the state of `save`."""
+
+    @property
+    def all_steps(self) -> int:
+        """The steps of this and of all earlier stages."""
+        return self.whole.steps_before(self.index) + self.steps
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the training, without evaluations and interruptions [s]."""
+        return time.monotonic() - self._began - self._evaluating
+
+    @property
+    def is_done(self) -> bool:
+        return self.steps >= self.settings.steps
+
+    def notes(self) -> dict[str, str]:
+        """Returns the metadata of the policy."""
+        world = self.settings.world
+        return {
+            "algorithm": self.settings.algorithm,
+            "steps": str(self.all_steps),
+            "seed": str(self.settings.seed),
+            "settings": self.whole.hash(),
+            **({"world": _core.world_text(dict(world))} if world else {}),
+        }
+
+    def resume(self) -> None:
+        """Restores the folder's checkpoint; OSError if none. Walkers begin new episodes."""
+        self._continue(self._read_state())
+        self.load(self.folder / CHECKPOINT)
+
+    def _read_state(self) -> dict[str, Any]:
+        return dict(json.loads((self.folder / CHECKPOINT / "state.json").read_text()))
+
+    def _continue(self, state: dict[str, Any]) -> None:
+        self.points = read_curve(self.folder / CURVE) if (self.folder / CURVE).exists() else []
+        self.best = state["best"]
+        self._evaluating = -state["seconds"]
+
+    def run(self) -> None:
+        """Learns until the last step, `wants_to_stop`, SIGINT or SIGTERM; saves a checkpoint."""
+        self._began = time.monotonic()
+        write_settings(self.whole, self.folder / SETTINGS)
+        handlers = {
+            number: signal.signal(number, self._stop_soon)
+            for number in (signal.SIGINT, signal.SIGTERM)
+        }
+        try:
+            if not self.is_done:
+                self.learn()
+            if self.is_done and not (self.points and self.points[-1].steps == self.all_steps):
+                self.evaluate()
+            self.save_checkpoint()
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+
+    @abstractmethod
+    def close(self) -> None:
+        """Ends what the learner has begun."""
+
+    def evaluate(self) -> None:
+        """Adds a point to the curve; saves the policy if it is the best so far."""
+        began = time.monotonic()
+        seconds = self.seconds
+        policy = self.policy()
+        returns = self._evaluation.returns(
+            _core.Policy.from_bytes(f"after {self.all_steps} steps", to_bytes(policy))
+        )
+        outcome = (float(returns.mean()), float(returns.std()), float(returns.min()))
+        point = Point(self.all_steps, seconds, self.mean_return, *outcome)
+        self.points.append(point)
+        if point.evaluation_return > self.best:
+            self.best = point.evaluation_return
+            write_policy(policy, self.folder / POLICY)
+        write_curve(self.points, self.folder / CURVE)
+        title = f"{self.env_id}, {self.settings.algorithm.upper()}, seed {self.settings.seed}"
+        draw_curve(self.points, title, self.folder / PICTURE)
+        self._evaluating += time.monotonic() - began
+        self.report(self, point)
+
+    def save_checkpoint(self) -> None:
+        """Saves the state for `resume`. The old checkpoint stays until this one is complete."""
+        folder, unfinished = self.folder / CHECKPOINT, self.folder / f"{CHECKPOINT}.new"
+        shutil.rmtree(unfinished, ignore_errors=True)
+        unfinished.mkdir()
+        self.save(unfinished)
+        state = {
+            "id": self.env_id,
+            "stage": self.index,
+            "is_done": self.is_done,
+            "seconds": self.seconds,
+            "best": self.best,
+        }
+        (unfinished / "state.json").write_text(json.dumps(state, indent=1) + "\n")
+        old = self.folder / f"{CHECKPOINT}.old"
+        shutil.rmtree(old, ignore_errors=True)
+        if folder.exists():
+            folder.rename(old)
+        unfinished.rename(folder)
+        shutil.rmtree(old, ignore_errors=True)
+
+    def _stop_soon(self, *_: object) -> None:
+        self.wants_to_stop = True
