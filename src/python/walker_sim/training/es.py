@@ -145,7 +145,7 @@ class Evolution(Stage):
             start = read_policy(self.folder / POLICY)
         if start is not None:
             _core.Policy.from_bytes("start", to_bytes(start)).check(
-                self.env_id, dict(self.whole.parameters)
+                self.env_id, dict(self.goal.parameters)
             )
             start.layers = _fitted(start, sizes, random)
             start.parameters = self._parameter_texts()
@@ -163,7 +163,7 @@ class Evolution(Stage):
         )
 
     def _parameter_texts(self) -> dict[str, str]:
-        return {name: str(value) for name, value in self.whole.parameters.items()}
+        return {name: str(value) for name, value in self.goal.parameters.items()}
 
     def _normalise(self) -> None:
         """Sets the mean and deviation of all observations so far."""
@@ -234,7 +234,7 @@ class CmaStrategy:
 
     def ask(self, random: np.random.Generator, progress: float) -> list[Array]:
         self._random = random
-        self._candidates = self._strategy.ask()
+        self._candidates = [np.array(candidate) for candidate in self._strategy.ask()]
         return self._candidates
 
     def tell(self, worth: Array, progress: float) -> None:

@@ -203,7 +203,7 @@ class Settings:
     """Maps a number of steps to values of gamma and least_reward that apply from there on."""
     stages: Sequence[Mapping[str, Any]] = _setting([], _stages)
     """Stages that follow this one, each with the settings that differ from the stage before. All
-    are evaluated with the first stage's parameters and world."""
+    are evaluated with the last one's parameters and world."""
 
     @property
     def num_stages(self) -> int:

@@ -65,9 +65,10 @@ class Stage(ABC):
         self.points: list[Point] = []
         self.best = -np.inf
         self.wants_to_stop = False
-        # The stages are compared by the same episodes, in whatever they are trained.
+        # All stages are compared by the same episodes: those of what the training aims at.
+        self.goal = settings.stage(settings.num_stages - 1)
         self._evaluation = Evaluation(
-            *(env_id, settings.parameters, settings.world),
+            *(env_id, self.goal.parameters, self.goal.world),
             *(settings.evaluation_episodes, num_threads),
         )
         self.num_threads = num_threads
