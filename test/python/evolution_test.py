@@ -1,0 +1,176 @@
+"""train with evolution strategies: stages, resuming to the bit, and the optimiser's formula."""
+
+import json
+
+import numpy as np
+import pytest
+from walker_sim import _core
+from walker_sim.commands.policies import shipped_policy
+from walker_sim.training.es import AdamStrategy, Evolution
+from walker_sim.training.policy_file import read_policy, write_policy
+from walker_sim.training.settings import SettingsError, settings_from, write_settings
+
+ID = "Hopper-v5"
+SMALL = {
+    "algorithm": "es",
+    "steps": 20_000,
+    "layers": [],
+    "population": 8,
+    "sigma": [0.1, 0.05],
+    "learning_rate": [0.05, 0.02],
+    "evaluate_every": 6_000,
+    "evaluation_episodes": 5,
+    "parameters": {"max_episode_steps": 100},
+}
+STAGES = [{"layers": [5], "steps": 8_000, "episodes": 2, "common_seeds": False}]
+
+
+def evolve(folder, settings, index=0, num_threads=1, stops_after=None):
+    folder.mkdir(exist_ok=True)
+    training = Evolution(ID, settings, folder, index=index, num_threads=num_threads)
+    if (folder / "checkpoint").exists() and index == 0:
+        training.resume()
+
+    def look(training, point):
+        if stops_after is not None and training.steps >= stops_after:
+            training.wants_to_stop = True
+
+    training.report = look
+    training.run()
+    training.close()
+    return training
+
+
+def test_learns_to_hop(tmp_path):
+    training = evolve(tmp_path, settings_from({**SMALL, "steps": 60_000}))
+    first, last = training.points[0], training.points[-1]
+    assert last.evaluation_return > 1.3 * first.evaluation_return
+    assert training.best == max(point.evaluation_return for point in training.points)
+
+
+def test_policy_does_not_depend_on_threads_or_interruptions(tmp_path):
+    settings = settings_from(SMALL)
+    evolve(tmp_path / "one", settings)
+    evolve(tmp_path / "two", settings, num_threads=2, stops_after=7_000)
+    assert not json.loads((tmp_path / "two/checkpoint/state.json").read_text())["is_done"]
+    evolve(tmp_path / "two", settings, num_threads=2)
+    one, two = ((tmp_path / name / "policy.safetensors").read_bytes() for name in ("one", "two"))
+    assert one == two
+
+
+def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command):
+    settings = settings_from({**SMALL, "stages": STAGES})
+    write_settings(settings, tmp_path / "settings.yaml")
+    given = ["--settings", tmp_path / "settings.yaml", "--num-threads", 1]
+    command("train", ID, *given, "--out", tmp_path / "run")
+    evolve(tmp_path / "cut", settings)  # ends after the first stage
+    command("train", "--resume", tmp_path / "cut", "--num-threads", 1)
+    one, other = ((tmp_path / name / "policy.safetensors").read_bytes() for name in ("run", "cut"))
+    assert one == other
+    policy = _core.Policy(str(tmp_path / "run/policy.safetensors"))
+    assert policy.notes["settings"] == settings.hash()
+    steps = [
+        int(line.split(",")[0]) for line in (tmp_path / "run/curve.csv").read_text().split()[1:]
+    ]
+    assert steps == sorted(steps)
+    assert steps[-1] >= 28_000
+
+
+def test_a_linear_policy_continues_in_a_layer(tmp_path):
+    """At first the layer's actions are nearly the linear policy's."""
+    evolve(tmp_path, settings_from(SMALL))
+    linear = _core.Policy(str(tmp_path / "policy.safetensors"))
+    following = Evolution(ID, settings_from({**SMALL, "stages": STAGES}), tmp_path, index=1)
+    write_policy(following.policy(), tmp_path / "layer.safetensors")
+    layer = _core.Policy(str(tmp_path / "layer.safetensors"))
+    actions = np.empty((2, 3))
+    for each, row in zip((linear, layer), actions):
+        each.act(np.full(11, 0.1), row)
+    assert np.abs(actions).max() > 1e-3
+    assert np.allclose(*actions, rtol=0.05, atol=0.05)
+
+
+def test_starts_from_the_shipped_policy(tmp_path):
+    settings = settings_from({**SMALL, "layers": [128, 128], "start": "shipped", "steps": 1})
+    training = Evolution(ID, settings, tmp_path)
+    shipped = read_policy(shipped_policy(ID))
+    for one, other in zip(training.policy().layers, shipped.layers):
+        assert all(map(np.array_equal, one, other))
+    wrong = settings_from({**SMALL, "layers": [7], "start": "shipped"})
+    with pytest.raises(ValueError, match=r"layers = \[7\]: must be \[128, 128\]"):
+        Evolution(ID, wrong, tmp_path)
+
+
+def test_files_are_read_as_they_were_written(tmp_path):
+    for env_id in _core.ids():
+        path = shipped_policy(env_id)
+        write_policy(read_policy(path), tmp_path / "again.safetensors")
+        again = _core.Policy(str(tmp_path / "again.safetensors"))
+        original = _core.Policy(str(path))
+        assert (again.id, again.notes, again.parameters) == (
+            *(original.id, original.notes, original.parameters),
+        )
+
+
+# ---------------------------------------------------------------- the optimiser
+
+
+@pytest.mark.parametrize("common_seeds", [True, False])
+def test_strategy_climbs_a_hill(common_seeds):
+    settings = settings_from({**SMALL, "population": 40, "common_seeds": common_seeds})
+    strategy = AdamStrategy(settings, np.zeros(6))
+    top = np.linspace(-1, 1, 6)
+    for update in range(150):
+        candidates = strategy.ask(np.random.default_rng(update), update / 150)
+        assert len(candidates) == 40
+        for one, other in zip(candidates[::2], candidates[1::2]):
+            assert np.allclose(one + other, 2 * strategy.mean)
+        strategy.tell(np.array([-np.sum((each - top) ** 2) for each in candidates]), update / 150)
+    assert np.abs(strategy.mean - top).max() < 0.1
+
+
+def test_first_update_follows_the_formula():
+    settings = settings_from({**SMALL, "population": 4, "sigma": [0.5, 0.5]})
+    strategy = AdamStrategy(settings, np.array([1.0, 2.0]))
+    candidates = strategy.ask(np.random.default_rng(3), 0.0)
+    noise = (np.array(candidates[::2]) - [1, 2]) / 0.5
+    strategy.tell(np.array([4.0, 1.0, 2.0, 3.0]), 0.0)
+    # The ranks from -1/2 to 1/2 are 1/2, -1/2, -1/6, 1/6.
+    gradient = (1.0 * noise[0] - 1 / 3 * noise[1]) / (4 * 0.5)
+    # Adam's first step has the length of the learning rate in each coordinate.
+    step = 0.05 * gradient / (np.abs(gradient) + 1e-8)
+    assert np.allclose(strategy.mean, np.array([1, 2]) + step, rtol=1e-9)
+
+
+# ---------------------------------------------------------------- settings
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"population": 7}, "population = 7: must be even, for pairs"),
+        ({"population": 1}, "population = 1: must be a whole number from 2"),
+        ({"sigma": 0.1}, "sigma = 0.1: must be two numbers"),
+        ({"common_seeds": 1}, "common_seeds = 1: must be true or false"),
+        ({"start": 3}, "start = 3: must be a text"),
+        (
+            {"stages": [{"algorithm": "ppo"}]},
+            "stages: 1: algorithm = 'ppo': must be one of es, cma",
+        ),
+        ({"stages": [{"seed": 3}]}, "stages: 1: seed: must be the same in all stages"),
+        ({"stages": [{"sigmas": 3}]}, "stages: 1: sigmas: unknown; must be one of algorithm"),
+        ({"stages": {}}, "stages = {}: must be a list of mappings"),
+    ],
+)
+def test_error_names_invalid_setting(changes, words):
+    with pytest.raises(SettingsError) as caught:
+        settings_from({**SMALL, **changes})
+    assert words in str(caught.value)
+
+
+def test_stages_change_single_settings():
+    settings = settings_from({**SMALL, "start": "shipped", "stages": [*STAGES, {"steps": 5}]})
+    assert [settings.stage(index).steps for index in range(3)] == [20_000, 8_000, 5]
+    assert [settings.steps_before(index) for index in range(3)] == [0, 20_000, 28_000]
+    assert settings.stage(2).layers == (5,)
+    assert [settings.stage(index).start for index in range(3)] == ["shipped", None, None]
