@@ -91,13 +91,14 @@ def test_a_linear_policy_continues_in_a_layer(tmp_path):
 
 
 def test_starts_from_the_shipped_policy(tmp_path):
-    settings = settings_from({**SMALL, "layers": [128, 128], "start": "shipped", "steps": 1})
-    training = Evolution(ID, settings, tmp_path)
     shipped = read_policy(shipped_policy(ID))
-    for one, other in zip(training.policy().layers, shipped.layers):
-        assert all(map(np.array_equal, one, other))
-    wrong = settings_from({**SMALL, "layers": [7], "start": "shipped"})
-    with pytest.raises(ValueError, match=r"layers = \[7\]: must be \[128, 128\]"):
+    for layers in (None, [len(bias) for _, bias in shipped.layers[:-1]]):
+        settings = settings_from({**SMALL, "layers": layers, "start": "shipped"})
+        training = Evolution(ID, settings, tmp_path)
+        for one, other in zip(training.policy().layers, shipped.layers):
+            assert all(map(np.array_equal, one, other))
+    wrong = settings_from({**SMALL, "layers": [7, 7], "start": "shipped"})
+    with pytest.raises(ValueError, match=r"layers = \[7, 7\]: must be "):
         Evolution(ID, wrong, tmp_path)
 
 

@@ -19,6 +19,7 @@ from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
 from walker_sim.sb3 import VecEnv
 from walker_sim.training import evaluation
+from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.run import Training
 from walker_sim.training.settings import (
@@ -91,12 +92,12 @@ def test_every_setting_has_a_default():
     ("given", "words"),
     [
         ({"algorithms": "ppo"}, "algorithms: unknown; must be one of algorithm, steps"),
-        ({"algorithm": "dqn"}, "algorithm = 'dqn': must be one of ppo, sac, tqc"),
+        ({"algorithm": "dqn"}, "algorithm = 'dqn': must be one of ppo, sac, tqc, es, cma"),
         ({"steps": 0}, "steps = 0: must be a whole number from 1"),
         ({"steps": 1e6}, "steps = 1000000.0: must be a whole number"),
         ({"gamma": 1.5}, "gamma = 1.5: must be a number from 0 to 1"),
         ({"gamma": float("nan")}, "gamma = nan"),
-        ({"layers": []}, "layers = []: must be a list of 1 to 8 whole numbers"),
+        ({"layers": 64}, "layers = 64: must be a list of 0 to 8 whole numbers"),
         ({"layers": [64, "64"]}, "layers = '64': must be a whole number"),
         ({"learning_rate": 1e-3}, "learning_rate = 0.001: must be two numbers"),
         ({"least_reward": 1}, "least_reward = 1: must be a number from -inf to 0"),
@@ -256,6 +257,33 @@ def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
     assert len(curve(folder)) == 2
     with pytest.raises(OSError, match="checkpoint"):
         Training(ID, settings, tmp_path, num_threads=1).resume()
+
+
+def test_cma_finds_a_gait_and_resumes_to_the_bit(tmp_path):
+    settings = small(
+        algorithm="cma",
+        layers=[],
+        steps=30_000,
+        population=10,
+        sigma=[0.2, 0.2],
+        evaluate_every=12_000,
+        parameters={"max_episode_steps": 100},
+    )
+    policies = []
+    for interrupted in (False, True):
+        folder = tmp_path / str(interrupted)
+        folder.mkdir()
+        training = Evolution("Hopper-v5", settings, folder, num_threads=1)
+        if interrupted:
+            training.report = lambda one, point: setattr(one, "wants_to_stop", one.steps > 14_000)
+            training.run()
+            assert not training.is_done
+            training = Evolution("Hopper-v5", settings, folder, num_threads=2)
+            training.resume()
+        training.run()
+        assert training.points[-1].evaluation_return > 1.3 * training.points[0].evaluation_return
+        policies.append((folder / "policy.safetensors").read_bytes())
+    assert policies[0] == policies[1]
 
 
 def test_exploration_fades_linearly_and_changes_apply(tmp_path):

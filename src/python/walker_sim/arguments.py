@@ -64,7 +64,7 @@ def to_coordinates(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def refuse_unknown(
-    constructor: Callable[..., None], env_id: str, parameters: Mapping[str, Any]
+    constructor: Callable[..., object], env_id: str, parameters: Mapping[str, Any]
 ) -> None:
     """Raises UnknownKeyword for the first of the constructor's ``**parameters`` that is unknown."""
     own = [known["name"] for known in _core.parameters_of(env_id)]

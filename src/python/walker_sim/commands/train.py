@@ -158,7 +158,8 @@ def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
 
 
 def _state(folder: Path) -> dict[str, Any]:
-    return dict(json.loads((folder / STATE).read_text(encoding="utf-8")))
+    state: dict[str, Any] = json.loads((folder / STATE).read_text(encoding="utf-8"))
+    return state
 
 
 def settings_file(env_id: str) -> Path:

@@ -18,7 +18,7 @@ from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes
-from walker_sim.training.settings import Settings
+from walker_sim.training.settings import LAYERS, Settings
 from walker_sim.training.stage import FIRST_TRAINING_SEED, POLICY, Stage
 
 ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
@@ -136,7 +136,8 @@ class Evolution(Stage):
         low, high = (
             np.array(specification[f"action_{end}"], np.float32) for end in ("low", "high")
         )
-        sizes = [self._sums.shape[1], *settings.layers, len(low)]
+        hidden = LAYERS if settings.layers is None else settings.layers
+        sizes = [self._sums.shape[1], *hidden, len(low)]
         start = None
         if settings.start is not None:
             path = settings.start
@@ -147,7 +148,8 @@ class Evolution(Stage):
             _core.Policy.from_bytes("start", to_bytes(start)).check(
                 self.env_id, dict(self.goal.parameters)
             )
-            start.layers = _fitted(start, sizes, random)
+            if settings.layers is not None:
+                start.layers = _fitted(start, sizes, random)
             start.parameters = self._parameter_texts()
             return start
         return PolicyFile(

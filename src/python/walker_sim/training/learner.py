@@ -12,7 +12,7 @@ from torch import nn
 
 from walker_sim.training.models import actor_layers
 from walker_sim.training.policy_file import OBSERVATION_CLIP
-from walker_sim.training.settings import Settings
+from walker_sim.training.settings import LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
 
@@ -67,7 +67,7 @@ def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
     first_rate, last_rate = settings.learning_rate
     network: dict[str, Any] = {
         "activation_fn": {"tanh": nn.Tanh, "relu": nn.ReLU}[settings.activation],
-        "net_arch": list(settings.layers),
+        "net_arch": list(LAYERS if settings.layers is None else settings.layers),
     }
     if settings.algorithm == "ppo":
         network["log_std_init"] = settings.log_std[0] if settings.log_std else INITIAL_LOG_STD

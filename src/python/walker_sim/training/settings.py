@@ -16,6 +16,8 @@ from walker_sim.worlds import World, read_world
 EVOLUTIONARY = ("es", "cma")
 """Algorithms that compare whole episodes of networks; they need neither torch nor gradients."""
 
+LAYERS = (64, 64)
+
 Check = Callable[[str, Any], Any]
 """Returns the value of a setting, given its name and content; SettingsError if invalid."""
 
@@ -169,7 +171,8 @@ class Settings:
     gae_lambda: float = _setting(0.95, _number(0, 1))
     clip_range: float = _setting(0.2, _number(0, 1))
     entropy: float = _setting(0.0, _number(0, 1))
-    layers: tuple[int, ...] = _setting((64, 64), _layers)
+    layers: tuple[int, ...] | None = _setting(None, _optional(_layers))
+    """Sizes of the hidden layers; None: [64, 64], or those of the policy to start from."""
     activation: str = _setting("tanh", _one_of("tanh", "relu"))
     log_std: tuple[float, float] | None = _setting((-0.5, -2.0), _optional(_pair(-20, 2)))
     """PPO: logarithm of the exploration noise's standard deviation at the beginning and at the end,
