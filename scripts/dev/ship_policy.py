@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Adds a finished training to the package: its policy, settings and curve, and a card.
+"""Adds a finished training to the package: its policy, settings, curve, and a card with its gait.
 
   ./scripts/env python3 scripts/dev/ship_policy.py runs/Walker2d-v5 --on "two cores"
 
 The card's returns are those of `python3 -m walker_sim evaluate ID --policy shipped --seeds
-1000000:1000100`, which a test repeats.
+1000000:1001000`, which a test repeats.
 """
 
 import argparse
@@ -16,13 +16,18 @@ import shutil
 import sys
 import tempfile
 
+import gymnasium
+import numpy as np
+from PIL import Image
 from walker_sim import _core
 from walker_sim.commands import main as walker_sim
+from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.evaluation import FIRST_CHOICE_SEED, read_curve
+from walker_sim.training.policy_file import read_policy
 from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SEEDS = "1000000:1000100"
+SEEDS = "1000000:1001000"
 BEGIN, END = "<!-- cards begin: written by scripts/dev/ship_policy.py -->", "<!-- cards end -->"
 RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 
@@ -35,13 +40,13 @@ CARD = """\
 
 | | |
 |---|---|
-| algorithm | {algorithm}, seed {seed} |
+| stages | {stages}, seed {seed} |
 | network | {layers}, {activation} |
 | steps | {steps:,}; best evaluation, on seeds {first} to {last}, after {chosen:,} |
 | wall time | {minutes:.0f} min on {machine} |
 | settings' SHA-256 | `{settings}` |
 
-Returns over the 100 seeds 1000000 to 1000099, which training does not use:
+Returns over the 1000 seeds 1000000 to 1000999, which training does not use:
 
 | mean | deviation | least | most | ends |
 |---|---|---|---|---|
@@ -49,8 +54,12 @@ Returns over the 100 seeds 1000000 to 1000099, which training does not use:
 
 `python3 -m walker_sim evaluate {id} --policy shipped --seeds {seeds}` prints them.
 
+![0.8 s of its gait, from step 200]({id}_gait.png)
+
 ![Returns over steps]({id}.png)
 """
+
+FIRST_STEP, PICTURES, SECONDS = 200, 8, 0.8  # of the gait
 
 
 def evaluate(env_id):
@@ -61,6 +70,32 @@ def evaluate(env_id):
         if walker_sim(["evaluate", env_id, *options]) != 0:
             sys.exit(1)
         return json.loads(path.read_text())
+
+
+def draw_gait(env_id, path):
+    """Draws one second of the shipped policy's episode as pictures side by side."""
+    camera = {} if env_id.startswith("Bipedal") else {"camera_name": "track"}
+    environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array", **camera)
+    policy = _core.Policy(str(shipped_policy(env_id)))
+    observation, _ = environment.reset(seed=1_000_000)
+    action = np.empty(environment.action_space.shape)
+    every = max(round(SECONDS / PICTURES / environment.unwrapped.dt), 1)
+    pictures = []
+    for step in range(FIRST_STEP + PICTURES * every):
+        policy.act(observation.astype(np.float64), action)
+        observation, *_ = environment.step(action.astype(np.float32))
+        if step >= FIRST_STEP and (step - FIRST_STEP) % every == 0:
+            pictures.append(cropped(environment.render()))
+    strip = Image.fromarray(np.concatenate(pictures, axis=1))
+    strip.quantize(64).save(path, optimize=True)
+
+
+def cropped(picture):
+    """Returns the part of a picture that shows the walker."""
+    height, width, _ = picture.shape
+    if width > height:  # BipedalWalker stands in the left third
+        return picture[height * 2 // 5 : height * 9 // 10, : height // 2]
+    return picture[height // 4 :: 2, width // 4 : width * 3 // 4 : 2]
 
 
 def write_table(cards):
@@ -108,13 +143,18 @@ def main():
     summary = evaluate(env_id)
     ends = [outcome["end"] for outcome in summary["outcomes"]]
     last = read_curve(run / "curve.csv")[-1]
-    sizes = [policy.observation_size, *settings.layers, policy.action_size]
+    draw_gait(env_id, cards / f"{env_id}_gait.png")
+    layers = read_policy(run / "policy.safetensors").layers
+    sizes = [policy.observation_size, *(len(bias) for _, bias in layers)]
+    stages = [settings.stage(index) for index in range(settings.num_stages)]
     text = CARD.format(
         id=env_id,
         trained=policy.id,
-        algorithm=notes["algorithm"].upper(),
+        stages=", then ".join(
+            f"{stage.algorithm.upper()} ({stage.steps / 1e6:g} M steps)" for stage in stages
+        ),
         seed=notes["seed"],
-        layers="-".join(str(size) for size in sizes),
+        layers="-".join(map(str, sizes)),
         activation=settings.activation,
         steps=last.steps,
         first=FIRST_CHOICE_SEED,
@@ -123,7 +163,7 @@ def main():
         minutes=last.seconds / 60,
         machine=arguments.on,
         settings=notes["settings"],
-        ends=", ".join(f"{ends.count(end)} {end}" for end in sorted(set(ends))),
+        ends=", ".join(f"{ends.count(end) / len(ends):.1%} {end}" for end in sorted(set(ends))),
         seeds=SEEDS,
         **{name: summary[name] for name in ("mean", "standard_deviation", "least", "most")},
     )
