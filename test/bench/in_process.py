@@ -121,7 +121,8 @@ def scaling(settings):
 
 
 def python(settings):
-    """Environments made through Gymnasium: a single one on one core, and many on two."""
+    """Environments made through Gymnasium: a single one on one core, and many on two;
+    and whole episodes, with the policy's arithmetic."""
     plan = Plan("python", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
     two, size = settings.two_cores, 64
@@ -134,7 +135,11 @@ def python(settings):
         single = add("gymnasium.make", settings.python("gymnasium", env, *seconds))
         against(single, add("Gymnasium", settings.peer("gymnasium", env, *seconds)))
         vector = add("make_vec, 64", settings.python("make_vec", env, *many), two, (size,))
-        against(vector, add("pool, 64", settings.ours("pool", env, *many), two, (size,)))
+        pool = add("pool, 64", settings.ours("pool", env, *many), two, (size,))
+        against(vector, pool)
+        episodes = ["--num-envs", 256, "--threads", len(two), *seconds]
+        played = settings.python("play_out", env, *episodes)
+        against(add("play_out, shipped policy, 256 episodes", played, two, (256,)), pool)
     return plan.run(settings.rounds(6))
 
 

@@ -9,6 +9,7 @@
     peers.py gymnasium-memory --env ID --num-envs N --steps M
     peers.py gymnasium-vector --env ID --num-envs N --seconds S       AsyncVectorEnv
     peers.py make_vec         --env ID --num-envs N --threads K --seconds S
+    peers.py play_out         --env ID --num-envs N --threads K --seconds S   episodes
 
 Actions are random float32 values, prepared in the type that the peer asks for. In vector
 environments an ended episode is reset in place of its next step, which counts as a step; resets of
@@ -17,12 +18,17 @@ single environments take time and do not count.
 
 import argparse
 import ctypes
+import itertools
 import json
 import os
 import pathlib
 
 import gymnasium as gym
+from walker_sim import _core
 from walker_sim.commands import bench
+from walker_sim.commands.policies import shipped_policy
+from walker_sim.episode_player import make_player, play_jobs
+from walker_sim.registration import without_namespace
 
 WARM_UP = 0.25  # fraction of the slice
 RESETS = 16  # environments that envpool-reset resets per call, for less overhead per reset
@@ -66,6 +72,19 @@ def gymnasium(options, _):
 def make_vec(options, num_envs):
     step = bench.vector(options.env, num_envs, num_threads=options.threads)
     return measure(options.seconds, counting(num_envs, step))
+
+
+def play_out(options, count):
+    env_id = without_namespace(options.env)
+    player = make_player(env_id, {}, options.threads)
+    policy = _core.Policy(str(shipped_policy(env_id)))
+    seeds = itertools.count()
+
+    def step():
+        jobs = [(0, seed, 0) for seed in itertools.islice(seeds, count)]
+        return sum(episode.length for episode in play_jobs(player, [policy], [], jobs))
+
+    return measure(options.seconds, step)
 
 
 def gymnasium_vector(options, num_envs):
@@ -148,6 +167,7 @@ KINDS = {
     "gymnasium-memory": gymnasium_memory,
     "gymnasium-vector": gymnasium_vector,
     "make_vec": make_vec,
+    "play_out": play_out,
 }
 
 

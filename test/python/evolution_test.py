@@ -102,6 +102,13 @@ def test_starts_from_the_shipped_policy(tmp_path):
         Evolution(ID, wrong, tmp_path)
 
 
+def test_starts_from_the_policy_of_another_environment(tmp_path):
+    settings = settings_from({**SMALL, "layers": None, "start": ID, "steps": 1})
+    training = Evolution("Hopper-v4", settings, tmp_path)
+    assert training.policy().env_id == "Hopper-v4"
+    assert training.policy().notes["algorithm"] == "es"
+
+
 def test_files_are_read_as_they_were_written(tmp_path):
     for env_id in _core.ids():
         path = shipped_policy(env_id)

@@ -140,8 +140,8 @@ class Evolution(Stage):
         sizes = [self._sums.shape[1], *hidden, len(low)]
         start = None
         if settings.start is not None:
-            path = settings.start
-            start = read_policy(shipped_policy(self.env_id) if path == "shipped" else Path(path))
+            own = self.env_id if settings.start == "shipped" else settings.start
+            start = read_policy(shipped_policy(own) if own in _core.ids() else Path(own))
         elif self.index > 0:
             start = read_policy(self.folder / POLICY)
         if start is not None:
@@ -150,7 +150,7 @@ class Evolution(Stage):
             )
             if settings.layers is not None:
                 start.layers = _fitted(start, sizes, random)
-            start.parameters = self._parameter_texts()
+            start.env_id, start.parameters = self.env_id, self._parameter_texts()
             return start
         return PolicyFile(
             env_id=self.env_id,

@@ -157,8 +157,8 @@ class Settings:
     world: Mapping[str, tuple[float, float]] = _setting({}, _world)
     """World in which the policy is trained and evaluated."""
     start: str | None = _setting(None, _optional(_text))
-    """ES and CMA: policy to start from, a file or `shipped`; None: that of the stage before, or
-    else a network whose last layer is zero."""
+    """ES and CMA: policy to start from, a file, `shipped`, or an id for its shipped one; None: that
+    of the stage before, or else a network whose last layer is zero."""
     num_envs: int = _setting(256, _whole(1))
     rollout: int = _setting(64, _whole(1))
     """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
