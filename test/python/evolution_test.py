@@ -123,9 +123,11 @@ def test_files_are_read_as_they_were_written(tmp_path):
 # ---------------------------------------------------------------- the optimiser
 
 
-@pytest.mark.parametrize("common_seeds", [True, False])
-def test_strategy_climbs_a_hill(common_seeds):
-    settings = settings_from({**SMALL, "population": 40, "common_seeds": common_seeds})
+@pytest.mark.parametrize(
+    "changes", [{}, {"common_seeds": False}, {"max_difference": 0.5}], ids=["", "own", "limited"]
+)
+def test_strategy_climbs_a_hill(changes):
+    settings = settings_from({**SMALL, "population": 40, **changes})
     strategy = AdamStrategy(settings, np.zeros(6))
     top = np.linspace(-1, 1, 6)
     for update in range(150):

@@ -197,12 +197,18 @@ class AdamStrategy:
 
     def tell(self, worth: Array, progress: float) -> None:
         """Moves the mean, given what each network is worth."""
-        if not self._settings.common_seeds:  # only within its pair a network can be compared
-            differences = worth[::2] - worth[1::2]
-            worth = np.stack([differences, -differences], axis=1).ravel()
-        ranks = np.empty(len(worth))
-        ranks[np.argsort(worth, kind="stable")] = np.arange(len(worth)) / (len(worth) - 1) - 0.5
-        gradient = (ranks[::2] - ranks[1::2]) @ self._noise / len(worth)
+        differences = worth[::2] - worth[1::2]
+        limit = self._settings.max_difference
+        if limit is not None:
+            shaped = np.clip(differences, -limit, limit)
+            shaped /= np.sqrt(np.mean(shaped**2)) + 1e-8
+        else:
+            if not self._settings.common_seeds:  # a network can be compared within its pair only
+                worth = np.stack([differences, -differences], axis=1).ravel()
+            ranks = np.empty(len(worth))
+            ranks[np.argsort(worth, kind="stable")] = np.arange(len(worth)) / (len(worth) - 1) - 0.5
+            shaped = ranks[::2] - ranks[1::2]
+        gradient = shaped @ self._noise / len(worth)
         gradient /= _between(self._settings.sigma, progress)
         self._noise = self._noise[:0]
         first, second, least = ADAM

@@ -193,6 +193,9 @@ class Settings:
     in between. CMA: the first one only, from where it adapts itself."""
     common_seeds: bool = _setting(True, _flag)
     """ES: whether all networks of an update play the same seeds; else each pair has its own."""
+    max_difference: float | None = _setting(None, _optional(_number(0, math.inf)))
+    """ES: each pair counts by its difference, limited to this, so that falls count in proportion;
+    None: by its ranks in the population."""
     deviation_weight: float = _setting(0.0, _number(0, 100))
     """ES and CMA: a network is worth its mean return minus this times its standard deviation."""
     buffer_size: int = _setting(1_000_000, _whole(1))
@@ -244,7 +247,7 @@ class Settings:
 
 _LATER = (
     *("world", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
-    "deviation_weight",
+    *("max_difference", "deviation_weight"),
 )
 
 
