@@ -12,13 +12,14 @@ import time
 
 import numpy as np
 import pytest
+import stable_baselines3
 import torch
 from sb3_contrib import TQC
 from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
 from walker_sim.sb3 import VecEnv
-from walker_sim.training import evaluation
+from walker_sim.training import evaluation, ppo
 from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.run import Training
@@ -185,6 +186,31 @@ def test_delayed_action_is_the_previous_one():
         observations = late.step(actions[step])[0]
         before = actions[step - 1] if step else np.zeros((2, 4), np.float32)
         assert np.array_equal(observations, prompt.step(before)[0])
+
+
+# ---------------------------------------------------------------- learner
+
+
+def test_update_equals_that_of_stable_baselines3():
+    results = []
+    for algorithm, num_threads in ((stable_baselines3.PPO, 1), (ppo.PPO, 1), (ppo.PPO, 2)):
+        small_batches = {"n_steps": 32, "batch_size": 64, "n_epochs": 2, "ent_coef": 0.01}
+        model = algorithm("MlpPolicy", VecEnv(ID, 8, num_threads=1), seed=0, **small_batches)
+        model.num_threads = num_threads
+        results.append([each.detach() for each in model.learn(768).policy.parameters()])
+    for result in results[1:]:
+        assert all(map(torch.equal, results[0], result))
+
+
+def test_tanh_is_that_of_pytorch():
+    inputs = torch.linspace(-10, 10, 10001, requires_grad=True)
+    outputs, gradients = [], []
+    for function in (torch.tanh, ppo.Tanh()):
+        outputs.append(function(inputs))
+        gradients.append(torch.autograd.grad((outputs[-1] ** 2).sum(), inputs)[0])
+    assert torch.allclose(*outputs, rtol=0, atol=1e-6)
+    assert torch.allclose(*gradients, rtol=0, atol=1e-6)
+    assert float(gradients[0].abs().max()) > 0.5
 
 
 # ---------------------------------------------------------------- trainings

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 from torch import nn
 
+from walker_sim.training import ppo
 from walker_sim.training.models import actor_layers
 from walker_sim.training.policy_file import OBSERVATION_CLIP
 from walker_sim.training.settings import LAYERS, Settings
@@ -66,7 +67,7 @@ def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
 def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
     first_rate, last_rate = settings.learning_rate
     network: dict[str, Any] = {
-        "activation_fn": {"tanh": nn.Tanh, "relu": nn.ReLU}[settings.activation],
+        "activation_fn": {"tanh": ppo.Tanh, "relu": nn.ReLU}[settings.activation],
         "net_arch": list(LAYERS if settings.layers is None else settings.layers),
     }
     if settings.algorithm == "ppo":
@@ -85,7 +86,8 @@ def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
             "train_freq": (settings.rollout, "step"),
             "gradient_steps": settings.epochs,
         }
-    package = "sb3_contrib" if settings.algorithm == "tqc" else "stable_baselines3"
+    packages = {"ppo": "walker_sim.training.ppo", "tqc": "sb3_contrib"}
+    package = packages.get(settings.algorithm, "stable_baselines3")
     algorithm: Any = getattr(importlib.import_module(package), settings.algorithm.upper())
     return algorithm(
         "MlpPolicy",

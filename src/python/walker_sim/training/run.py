@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections import deque
 from pathlib import Path
 from typing import Any, Sequence
@@ -46,6 +47,7 @@ class Training(Stage):
             walkers = sb3.VecEnv(env_id, settings.num_envs, world=settings.world, **parameters)
         self.walkers = learner.wrap(walkers, settings)
         self.model = learner.make_learner(settings, self.walkers)
+        self.model.num_threads = self.num_threads or os.cpu_count() or 1
         self.walkers.seed(FIRST_TRAINING_SEED + (settings.seed << 20))
         self.networks: deque[Sequence[NDArray[np.float32]]] = deque(maxlen=settings.average_updates)
 

@@ -39,7 +39,8 @@ class Stage(ABC):
         Index of the stage. Its steps, its curve and its best policy continue those of the stages
         before it, which have been completed in the same folder.
     num_threads
-        Number of threads that step walkers; 0: one per processor. Results do not depend on it.
+        Number of threads that step walkers, and that learn with PPO; 0: one per processor. Results
+        do not depend on it.
     report
         Called with the training and None after each update, with the training and the new point
         after each evaluation.
