@@ -58,8 +58,8 @@ class Evolution(Stage):
     def learn(self) -> None:
         every = self.settings.evaluate_every
         next_evaluation = (self.steps // every + 1) * every
-        if self.index == 0 and self.steps == 0:
-            self.evaluate()  # an early interrupt also needs a policy
+        if self.steps == 0:
+            self.evaluate()  # the policy to start from is the best so far
         while not self.is_done and not self.wants_to_stop:
             self.update()
             self.report(self, None)

@@ -126,7 +126,7 @@ def _stages(name: str, value: Any) -> list[dict[str, Any]]:
     stages = []
     for index, stage in enumerate(value):
         where = f"{name}: {index + 1}"
-        for shared in ("stages", "seed", "evaluation_episodes"):
+        for shared in ("stages", "seed"):
             if shared in _mapping(where, stage):
                 raise SettingsError(f"{where}: {shared}: must be the same in all stages")
         try:

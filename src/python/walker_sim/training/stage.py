@@ -70,13 +70,17 @@ class Stage(ABC):
         self.goal = settings.stage(settings.num_stages - 1)
         self._evaluation = Evaluation(
             *(env_id, self.goal.parameters, self.goal.world),
-            *(settings.evaluation_episodes, num_threads),
+            *(self.settings.evaluation_episodes, num_threads),
         )
         self.num_threads = num_threads
+        self._steps_before = 0
         self._began = 0.0
         self._evaluating = 0.0  # time spent evaluating, minus the checkpoint's `seconds` [s]
         if index > 0:
-            self._continue(self._read_state())
+            state = self._read_state()
+            self._continue(state)
+            self._steps_before = state["steps"]
+            self.best = -np.inf  # the stage begins with an evaluation of the policy until here
 
     @property
     @abstractmethod
@@ -108,7 +112,7 @@ class Stage(ABC):
     @property
     def all_steps(self) -> int:
         """The steps of this and of all earlier stages."""
-        return self.whole.steps_before(self.index) + self.steps
+        return self._steps_before + self.steps
 
     @property
     def seconds(self) -> float:
@@ -132,7 +136,9 @@ class Stage(ABC):
 
     def resume(self) -> None:
         """Restores the folder's checkpoint; OSError if none. Walkers begin new episodes."""
-        self._continue(self._read_state())
+        state = self._read_state()
+        self._continue(state)
+        self._steps_before = state["steps_before"]
         self.load(self.folder / CHECKPOINT)
 
     def _read_state(self) -> dict[str, Any]:
@@ -195,6 +201,8 @@ class Stage(ABC):
             "id": self.env_id,
             "stage": self.index,
             "is_done": self.is_done,
+            "steps": self.all_steps,
+            "steps_before": self._steps_before,
             "seconds": self.seconds,
             "best": self.best,
         }
