@@ -78,7 +78,8 @@ def run(arguments: Sequence[str]) -> int:
         importlib.import_module("yaml")
         env_id, settings, folder, first = (_resumed if options.resume else _new)(options)
         stages = [
-            _stage_class(settings.stage(index), threads) for index in range(settings.num_stages)
+            _stage_class(settings.stage(index), threads)
+            for index in range(first, settings.num_stages)
         ]
     except ImportError as error:
         raise InputError(f"needs pip install 'walker_sim[train]' ({error})") from error
@@ -89,9 +90,9 @@ def run(arguments: Sequence[str]) -> int:
     total = settings.steps_before(settings.num_stages)
     with tqdm(total=total, unit=" steps", unit_scale=True, disable=None) as bar:
         show = functools.partial(_show, bar)
-        for index in range(first, settings.num_stages):
+        for index, stage in enumerate(stages, first):
             try:
-                training = stages[index](
+                training = stage(
                     env_id, settings, folder, index=index, num_threads=threads, report=show
                 )
                 if options.resume and index == first and _state(folder)["stage"] == index:
