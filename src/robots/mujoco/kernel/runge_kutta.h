@@ -61,7 +61,7 @@ class Forward {
       Group<W>& group = groups[g];
       if (any(rows_[g].has_any)) {
         Solver<W> solver(smooth_[g], group.values.mean_inertia, rows_[g]);
-        group.flagged = group.flagged | solver.solve(group.warm_start);
+        solver.solve(group.warm_start);
       } else {
         unrolled<model::nv>(
             [&](auto i) WALKER_SIM_INLINE { group.warm_start[i] = smooth_[g].qacc_smooth[i]; });

@@ -4,6 +4,8 @@
 // one of five, the search continues lane by lane.
 #pragma once
 
+#include <algorithm>
+
 #include "robots/mujoco/kernel/constraints.h"
 #include "robots/mujoco/kernel/line_search.h"
 
@@ -25,8 +27,7 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
 
   /// mj_fwdConstraint.
   /// @param qacc the warm start, MuJoCo's qacc_warmstart; receives the accelerations
-  /// @return lanes that the library must step
-  Mask<W> solve(V* qacc) {
+  void solve(V* qacc) {
     start(qacc);
     make_gradient(qacc);
     make_hessian();
@@ -37,7 +38,6 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
     unrolled<kSize>([&](auto i) WALKER_SIM_INLINE {
       qacc[i] = select(rows_.has_any, qacc[i], smooth_.qacc_smooth[i]);
     });
-    return flagged_;
   }
 
  private:
@@ -213,17 +213,18 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
     return true;
   }
 
-  /// HessianIncremental: updates the factor for rows that have become active or inactive.
+  /// HessianIncremental: updates the factor for rows that have become active or inactive. Factors
+  /// from scratch where an update fails, as in worlds without friction.
   WALKER_SIM_INLINE void update_hessian(const Mask<W>* limits_before,
                                         const Mask<W> (*slots_before)[kRows]) {
+    Mask<W> failed = Mask<W>::none();
     const auto update = [&](const V* jacobian, V D, Mask<W> was, Mask<W> is) WALKER_SIM_INLINE {
       const Mask<W> changes = (was ^ is) & going_;
       if (!any(changes)) return;
       const V root = select(changes, sqrt(D), V(0.0));
       V x[kSize];
       unrolled<kSize>([&](auto i) WALKER_SIM_INLINE { x[i] = jacobian[i] * root; });
-      // If an update fails, MuJoCo would factor from scratch.
-      flagged_ = flagged_ | (update_factor(hessian_, x, select(is, V(1.0), V(-1.0))) & going_);
+      failed = failed | (update_factor(hessian_, x, select(is, V(1.0), V(-1.0))) & going_);
     };
     for (int k = 0; k < rows_.num_limits; ++k) {
       const auto& limit = rows_.limits[k];
@@ -245,6 +246,12 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
       });
       ++slot_before;
     });
+    if (!any(failed)) return;
+    V updated[kTriangle];
+    std::copy_n(hessian_, kTriangle, updated);
+    make_hessian();
+    unrolled<kTriangle>(
+        [&](auto i) WALKER_SIM_INLINE { hessian_[i] = select(failed, hessian_[i], updated[i]); });
   }
 
   /// CGsearch. @param Mv receives the inertia times the search direction
@@ -357,7 +364,6 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
   V hessian_[kTriangle];  ///< its Cholesky factor
   V search_[kSize];
   Mask<W> going_;
-  Mask<W> flagged_ = Mask<W>::none();
 };
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
