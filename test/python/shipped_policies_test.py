@@ -97,6 +97,16 @@ def test_mean_return_equals_another_mujocos(env_id):
     assert means[0] == pytest.approx(means[1], rel=0.05)
 
 
+def test_walker2d_walks_over_rough_ground(tmp_path, command):
+    """As docs/worlds.md says."""
+    file = tmp_path / "evaluation.json"
+    world = ["--world", "{ground_roughness: 0.05}"]
+    seeds = ["--seeds", "0:40"]
+    command("evaluate", "Walker2d-v5", "--policy", "shipped", *world, *seeds, "--json", file)
+    outcomes = json.loads(file.read_text())["outcomes"]
+    assert np.mean([each["return"] for each in outcomes]) > 7000
+
+
 @pytest.mark.parametrize("env_id", IDS)
 def test_returns_equal_the_cards(env_id, tmp_path, command):
     card = (ROOT / "docs/policies" / f"{env_id}.md").read_text()

@@ -25,6 +25,22 @@ double height_at(const Point& from, const Point& to, double x) {
   return length > 0 ? from.y + (x - from.x) / length * (to.y - from.y) : from.y;
 }
 
+/// @param side -1: the left edge, 1: the right one
+Point upper_edge(const CourseBox& box, int side) {
+  const auto [along, up] = box.direction;
+  const double right = side * box.half_size[0];
+  const double above = box.half_size[1];
+  return {box.center[0] + along * right - up * above, box.center[1] + up * right + along * above};
+}
+
+/// Returns the sine of the angle by which the ground falls more steeply behind an edge; 0: it does
+/// not.
+double sine_of_ridge(const std::array<double, 2>& before, const std::array<double, 2>& behind) {
+  const double sine = before[1] * behind[0] - before[0] * behind[1];
+  const bool is_acute = before[0] * behind[0] + before[1] * behind[1] > 0;
+  return is_acute || sine < 0 ? std::max(sine, 0.0) : 1.0;
+}
+
 }  // namespace
 
 std::optional<Level> level_of(const WorldValues& values) {
@@ -83,6 +99,7 @@ Course::Course(Generator& generator, const Level& level)
   for (const Obstacle& obstacle : terrain_.of_level) add_obstacle(obstacle);
   std::stable_sort(boxes_.begin(), boxes_.end(),
                    [](const CourseBox& a, const CourseBox& b) { return a.left < b.left; });
+  find_internal_edges();
   std::stable_sort(surfaces_.begin(), surfaces_.end(),
                    [](const Surface& a, const Surface& b) { return a.from.x < b.from.x; });
 }
@@ -166,6 +183,29 @@ void Course::add_box(const Point& from, const Point& to, double thickness) {
   box.right = box.center[0] + reach;
   box.top = std::max(from.y, to.y);
   boxes_.push_back(box);
+}
+
+/// Limits the tilts of contacts at the upper edges at which two boxes meet.
+void Course::find_internal_edges() {
+  struct Edge {
+    Point point;
+    CourseBox* box;
+  };
+  std::vector<Edge> right_edges;
+  for (CourseBox& box : boxes_) right_edges.push_back({upper_edge(box, 1), &box});
+  std::stable_sort(right_edges.begin(), right_edges.end(),
+                   [](const Edge& a, const Edge& b) { return a.point.x < b.point.x; });
+  for (CourseBox& box : boxes_) {
+    const Point point = upper_edge(box, -1);
+    for (auto edge = std::lower_bound(right_edges.begin(), right_edges.end(), point.x - kTolerance,
+                                      [](const Edge&each, double x) { return each.point.x < x; });
+         edge != right_edges.end() && edge->point.x <= point.x + kTolerance; ++edge) {
+      if (std::abs(edge->point.y - point.y) > kTolerance) continue;
+      const double sine = sine_of_ridge(edge->box->direction, box.direction);
+      edge->box->max_tilt[1] = sine;
+      box.max_tilt[0] = sine;
+    }
+  }
 }
 
 GroundBelow Course::below(double x) const {

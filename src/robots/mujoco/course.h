@@ -38,6 +38,11 @@ struct CourseBox {
   double left;                      ///< smallest x [m]
   double right;                     ///< largest x [m]
   double top;                       ///< largest z [m]
+
+  /// Sines of the largest angles between the top's normal and a contact's, to the left and to the
+  /// right. At a ridge that is the angle to the next box's normal; where the next box is level with
+  /// this one or rises from it, 0.
+  std::array<double, 2> max_tilt{1, 1};
 };
 
 /// Heights below a point of the trunk [m].
@@ -75,6 +80,7 @@ class Course {
   Place place_of(const Point& from, const Point& to) const;
   void add_ground();
   void add_obstacle(const Obstacle& obstacle);
+  void find_internal_edges();
   void add_box(const Point& from, const Point& to, double thickness);
 
   Terrain terrain_;

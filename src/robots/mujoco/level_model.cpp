@@ -11,6 +11,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "robots/mujoco/internal_edges.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
 
@@ -281,6 +282,7 @@ void LevelModel::write_box(int geom, const CourseBox& box) {
   const std::array<mjtNum, 3> size{box.half_size[0], half_width_, box.half_size[1]};
   std::copy(size.begin(), size.end(), at(model_.geom_size, geom, 3));
   model_.geom_rbound[geom] = mju_norm3(size.data());
+  set_max_tilt(model_, geom, box.max_tilt[0], box.max_tilt[1]);
   mjtNum* const position = at(model_.geom_pos, geom, 3);
   position[0] = origin_[0] + box.center[0];
   position[1] = 0;

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "error_message.h"
 #include "robots/bipedal_walker/terrain.h"
@@ -120,6 +122,37 @@ TEST(CourseTest, BoxesAreInOrder) {
       left = box.left;
     }
   }
+}
+
+/// Contacts tilt at ridges, at rims and at steps, but not at seams and in valleys.
+TEST(CourseTest, EdgesInsideTheSurfaceAreFound) {
+  const Course slopes = course_of({{"ground_roughness", 1}}, 1);
+  const std::vector<CourseBox>& boxes = slopes.boxes();
+  int ridges = 0;
+  for (std::size_t i = 0; i + 1 < boxes.size(); ++i) {
+    const double fall = std::atan2(boxes[i].direction[1], boxes[i].direction[0]) -
+                        std::atan2(boxes[i + 1].direction[1], boxes[i + 1].direction[0]);
+    const double expected = fall > 0 ? std::sin(fall) : 0;
+    ASSERT_NEAR(boxes[i].max_tilt[1], expected, kRounding) << i;
+    ASSERT_NEAR(boxes[i + 1].max_tilt[0], expected, kRounding) << i;
+    ridges += fall > 0 ? 1 : 0;
+  }
+  EXPECT_GT(ridges, 100);
+  using Tilts = std::array<double, 2>;
+  const auto tilts_at = [](const Course& course, double x, double top) {
+    for (const CourseBox& box : course.boxes()) {
+      const bool is_here = box.left < x && x < box.right;
+      if (is_here && std::abs(box.top - top) < kRounding) return box.max_tilt;
+    }
+    ADD_FAILURE() << "no box at " << x;
+    return Tilts{};
+  };
+  const double first = kStart;
+  const Course pits = course_of({{"pit_gap", 1}}, 1);
+  EXPECT_EQ(tilts_at(pits, first + kColumn / 2, 0), (Tilts{0, 1}));
+  EXPECT_EQ(tilts_at(pits, first + kColumn * 1.5 + 1, 0), (Tilts{1, 0}));
+  const Course stumps = course_of({{"stump_height", 0.3}}, 1);
+  EXPECT_EQ(tilts_at(stumps, first + kColumn / 2, 0.3), (Tilts{1, 1}));
 }
 
 TEST(CourseTest, BeginsAndEndsLevel) {

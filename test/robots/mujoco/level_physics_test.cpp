@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -62,6 +64,12 @@ double distance_of_capsule(const mjModel& model, const mjData& data, int geom,
   return nearest;
 }
 
+bool is_below_a_box(const Course& course, double x, double z) {
+  return std::any_of(course.boxes().begin(), course.boxes().end(), [&](const CourseBox& box) {
+    return box.left < x && x < box.right && z < box.center[1];
+  });
+}
+
 class LevelPhysicsTest : public testing::TestWithParam<const char*> {
  protected:
   ModelPointer model = load_planar_model({GetParam(), num_hinges(), "walker2d_v5.xml"});
@@ -78,15 +86,16 @@ class LevelPhysicsTest : public testing::TestWithParam<const char*> {
   }
 };
 
-/// Whatever the pose, exactly those capsules touch a box whose axes are nearer than their radius.
+/// Whatever the pose, exactly those capsules touch a box whose axes are nearer than their radius;
+/// of boxes that adjoin, at least the nearest one, if the capsule is not in the earth.
 TEST_P(LevelPhysicsTest, CapsulesTouchTheBoxesThatTheyReach) {
+  constexpr double kRounding = 1e-4;  // of the points on the axes [m]
   Generator random(1);
   Level level(model);
-  std::set<int> floors;
   int touching = 0;
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     level.set(random_level(random), seed);
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 30; ++i) {
       draw_pose(random, *level.course, random.uniform(-5, 105));
       level.physics.reset(position.data(), velocity.data());
       const mjData& data = level.physics.data();
@@ -103,20 +112,73 @@ TEST_P(LevelPhysicsTest, CapsulesTouchTheBoxesThatTheyReach) {
       for (const FloorContact& floor : floor_contacts(*model)) {
         const double radius = at(m.geom_size, floor.geom, 3)[0];
         const double margin = m.pair_margin[0];
+        double nearest = 1e9;
+        double nearest_with_contact = 1e9;
         for (const CourseBox& box : level.course->boxes()) {
           if (box.left > position[kBaseX] + 2 || box.right < position[kBaseX] - 2) continue;
           const double gap = distance_of_capsule(m, data, floor.geom, box) - radius - margin;
-          if (std::abs(gap) < 1e-4) continue;           // of the points
-          if (gap < -radius - margin + 0.01) continue;  // MuJoCo may miss an axis inside the box
+          nearest = std::min(nearest, gap);
           const bool has_contact = contacts.count({floor.geom, box.center}) != 0;
-          ASSERT_EQ(has_contact, gap < 0)
+          if (has_contact) nearest_with_contact = std::min(nearest_with_contact, gap);
+          if (std::abs(gap) < kRounding) continue;
+          if (gap < -radius - margin + 0.01) continue;  // MuJoCo may miss an axis inside the box
+          const bool adjoins = box.max_tilt != std::array<double, 2>{1, 1};
+          ASSERT_TRUE(has_contact == (gap < 0) || (adjoins && !has_contact))
               << "seed " << seed << ", pose " << i << ", geom " << floor.geom << ", gap " << gap;
           touching += has_contact ? 1 : 0;
         }
+        const mjtNum* const center = at(data.geom_xpos, floor.geom, 3);
+        if (is_below_a_box(*level.course, center[0], center[2])) continue;
+        if (nearest > -kRounding || nearest < -radius - margin + 0.01) continue;
+        ASSERT_LE(nearest_with_contact, nearest + kRounding)
+            << "seed " << seed << ", pose " << i << ", geom " << floor.geom;
       }
     }
   }
   EXPECT_GT(touching, 900);
+}
+
+/// On slopes that are all but level the same limbs touch the ground as deeply as on the floor, and
+/// every contact pushes upwards.
+TEST_P(LevelPhysicsTest, SeamsBetweenBoxesAreNotFelt) {
+  constexpr double kDeep = 0.03;  // less than a limb's radius [m]
+  Level level(model);
+  level.set({{"ground_roughness", 1e-7}}, 1);
+  LibraryPhysics flat(model);
+  Generator random(4);
+  int touching = 0;
+  for (int pose = 0; pose < 10000; ++pose) {
+    for (int i = 0; i < model->nq; ++i) {
+      position[i] = model->qpos0[i] + random.uniform(-0.3, 0.3);
+    }
+    position[kBaseX] = random.uniform(3, 90);
+    std::map<int, double> depths[2];  // by geom
+    double largest_tilt = 0;
+    for (LibraryPhysics* physics : {&flat, static_cast<LibraryPhysics*>(&level.physics)}) {
+      physics->reset(position.data(), velocity.data());
+      const mjData& data = physics->data();
+      for (int i = 0; i < data.ncon; ++i) {
+        const mjContact& contact = data.contact[i];
+        const bool is_flat = physics == &flat;
+        const int geom = is_flat ? contact.geom2 : contact.geom1;
+        if (!is_flat && contact.geom2 < model->ngeom) continue;
+        double& depth = depths[is_flat ? 0 : 1][geom];
+        depth = std::max(depth, contact.includemargin - contact.dist);
+        largest_tilt = std::max(largest_tilt, 1 - std::abs(contact.frame[2]));
+      }
+    }
+    const bool is_inside =
+        std::any_of(depths[0].begin(), depths[0].end(),
+                    [&](const auto& geom_depth) { return geom_depth.second > kDeep; });
+    if (is_inside) continue;
+    ASSERT_LT(largest_tilt, 1e-5) << "pose " << pose;
+    ASSERT_EQ(depths[1].size(), depths[0].size()) << "pose " << pose;
+    for (const auto& [geom, depth] : depths[0]) {
+      ASSERT_NEAR(depths[1][geom], depth, 1e-5) << "pose " << pose << ", geom " << geom;
+      ++touching;
+    }
+  }
+  EXPECT_GT(touching, 400);
 }
 
 /// Before an obstacle the start pad carries a robot as the floor does.
