@@ -85,6 +85,11 @@ def __getattr__(name: str) -> Any:
 
 
 if importlib.util.find_spec("gymnasium") is not None:
-    from walker_sim.registration import register_all
+    try:
+        from walker_sim.registration import register_all
 
-    register_all()
+        register_all()
+    except ImportError:
+        # `python3 -m walker_sim doctor` reports why Gymnasium cannot be imported.
+        if getattr(sys, "argv", [])[:2] != ["-m", "doctor"]:
+            raise

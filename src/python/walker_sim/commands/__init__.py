@@ -9,9 +9,7 @@ import sys
 from typing import Sequence
 
 import walker_sim
-from walker_sim.commands.options import InputError, Parser
-from walker_sim.commands.policies import PolicyFailed
-from walker_sim.errors import ConnectionError, RequestRefused, ServerMismatch
+from walker_sim.commands.parser import InputError, Parser
 
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
@@ -22,6 +20,7 @@ COMMANDS = {
     "bench": "measures steps per second beside Gymnasium's own walker",
     "worlds": "lists the presets and the parameters of --world, with their limits",
     "hash": "prints one number for all bits of a fixed run, to compare machines",
+    "doctor": "examines the installation and names what is wrong, with the remedy",
 }
 
 EPILOG = """\
@@ -64,6 +63,19 @@ def _print_error(command: str, error: Exception) -> None:
     print(f"walker_sim {command}: {text}", file=sys.stderr)
 
 
+def _status_of(error: Exception) -> int | None:
+    """Returns the exit status for an expected error; None if it needs a traceback."""
+    if isinstance(error, ImportError):
+        return None
+    # Not imported above: `doctor` runs without an extension module and without Gymnasium.
+    from walker_sim.commands.policies import PolicyFailed
+    from walker_sim.errors import RequestRefused, ServerMismatch
+
+    if isinstance(error, PolicyFailed) and error.__cause__ is None:
+        return 1
+    return 2 if isinstance(error, (RequestRefused, ServerMismatch)) else None
+
+
 def _open_standard_streams() -> None:
     """Opens /dev/null for each of standard input, output and error that is closed.
 
@@ -97,15 +109,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
-    except PolicyFailed as error:
-        if error.__cause__ is not None:
-            raise
-        _print_error(command, error)
-        return 1
     except BrokenPipeError:
         # The reader has closed the pipe. The interpreter's last flush must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (InputError, OSError, ConnectionError, RequestRefused, ServerMismatch) as error:
+    except (InputError, OSError) as error:  # the latter includes walker_sim.ConnectionError
         _print_error(command, error)
         return 2
+    except Exception as error:
+        expected = _status_of(error)
+        if expected is None:
+            raise
+        _print_error(command, error)
+        return expected

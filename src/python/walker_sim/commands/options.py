@@ -8,9 +8,11 @@ import math
 import re
 from collections import Counter
 from pathlib import Path
-from typing import Any, NoReturn, Sequence
+from typing import Any, Sequence
 
 from walker_sim import _core, transport
+from walker_sim.commands.parser import InputError as InputError
+from walker_sim.commands.parser import Parser as Parser
 from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, ServerAddress, Walkers
 from walker_sim.worlds import to_world
@@ -24,28 +26,6 @@ ID, with or without "walker_sim/" before it, is one of
 NAME=VALUE sets a parameter of the environment: hardcore=true, ctrl_cost_weight=0.01,
 "healthy_z_range=[0.7, .inf]", xml_file=my.xml, max_episode_steps=200.
 """
-
-
-class InputError(Exception):
-    """An input is invalid. The message names it, its value and what is allowed."""
-
-
-class Parser(argparse.ArgumentParser):
-    """Argument parser that keeps line breaks, allows no abbreviations and has one-line errors."""
-
-    def __init__(self, command: str, description: str, epilog: str, **keywords: Any) -> None:
-        super().__init__(
-            prog=f"python3 -m walker_sim {command}".strip(),
-            description=description,
-            epilog=epilog,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            allow_abbrev=False,
-            **keywords,
-        )
-
-    def error(self, message: str) -> NoReturn:
-        """Prints the error and exits with status 2."""
-        self.exit(2, f"{self.prog.replace('python3 -m ', '')}: {message}; see --help\n")
 
 
 def add_walker_options(parser: Parser) -> None:
