@@ -47,6 +47,7 @@ class Restorable {
   World world() const { return episode_.world(); }
   void reset(std::optional<std::uint64_t> seed) { episode_.reset(seed); }
   void step(const std::vector<double>& action) { episode_.step(action); }
+  void push(const LinkWrench& wrench) { episode_.push(wrench); }
   const Specification& specification() const { return episode_.specification(); }
   const EpisodeState& state() const { return episode_.state(); }
   const Sensors& sensors() { return episode_.sensors(); }

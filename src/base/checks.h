@@ -35,7 +35,7 @@ void check_measurements(const Measurements& measurements, const Specification& s
 
 /// @param name, unit of the value in the error message; the unit with a leading space
 /// @throws std::invalid_argument if the value is non-finite
-void check_finite(const std::string& name, double value, const std::string& unit);
+WALKER_SIM_EXPORT void check_finite(const std::string& name, double value, const std::string& unit);
 
 /// @throws std::invalid_argument naming an option or index that is out of range
 void check_number(const std::string& name, std::size_t value, std::size_t lowest,

@@ -49,8 +49,8 @@ constexpr std::array<ServiceType, 10> kServiceTypes{{
     {"step_batch", "walker_sim/StepBatch", "12262ba7e25f5700bf46691632b5eba5"},
     {"render", "walker_sim/Render", "ddec8823bcc866f5390ff2c9bb477f29"},
     {"step_many", "walker_sim/StepMany", "0f84f7c61cb488b9aad4529423766e03"},
-    {"snapshot", "walker_sim/Snapshot", "855e56defeead4c9e9682f04596d5aa6"},
-    {"restore", "walker_sim/Restore", "827fdcbf7dd36e81f602f261cd7ee7c7"},
+    {"snapshot", "walker_sim/Snapshot", "cfac797e677c935df9f4c68c4b4eac83"},
+    {"restore", "walker_sim/Restore", "85813e566b126f3ccd29d76322f078cb"},
     {"set_world", "walker_sim/SetWorld", "d91f9d318b27acc8f6bc84093cfc7fef"},
 }};
 

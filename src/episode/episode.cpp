@@ -104,7 +104,9 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
   state_.end_reason.clear();
   state_.error.clear();
   state_.seed = seed;
+  step_.wrenches.clear();
   actions_.clear();
+  pushes_.clear();
   checksums_.clear();
   was_loaded_ = false;
   forget_sensors();
@@ -177,6 +179,25 @@ void Episode::step(const double* action, std::size_t size) {
   conclude();
 }
 
+void Episode::push(const LinkWrench& wrench) {
+  const std::string refusal = state_.step_refusal();
+  if (!refusal.empty()) throw ResetNeeded("push: " + refusal + "; reset first");
+  check_wrench(wrench, specification());
+  std::vector<LinkWrench>& wrenches = step_.wrenches;
+  const auto place =
+      std::lower_bound(wrenches.begin(), wrenches.end(), wrench,
+                       [](const LinkWrench& a, const LinkWrench& b) { return a.link < b.link; });
+  if (place != wrenches.end() && place->link == wrench.link) {
+    *place = wrench;
+    return;
+  }
+  if (pushes_.size() + wrenches.size() >= kMaxRecordedPushes) {
+    throw std::logic_error("the episode has " + std::to_string(kMaxRecordedPushes) +
+                           " pushes, as many as its record can have");
+  }
+  wrenches.insert(place, wrench);
+}
+
 bool Episode::can_step_together(const Episode& other) const {
   const Specification& a = specification();
   const Specification& b = other.specification();
@@ -227,14 +248,17 @@ void Episode::prepare(const double* action) {
   step_.end_reason = "";
   if (options_.records_actions && !was_loaded_ && state_.step < kMaxRecordedSteps) {
     actions_.insert(actions_.end(), action, action + size);
+    for (const LinkWrench& wrench : step_.wrenches) pushes_.push_back({state_.step + 1, wrench});
   } else if (!actions_.empty()) {
     actions_ = {};
+    pushes_ = {};
     checksums_ = {};
   }
 }
 
 void Episode::conclude() {
   ++state_.step;
+  step_.wrenches.clear();
   forget_sensors();
   if (step_.failure) {
     fail(kStepFailed, std::exchange(step_.failure, nullptr));
@@ -313,6 +337,7 @@ void Episode::take_over(Episode& other) {
   std::swap(step_, other.step_);
   std::swap(generator_, other.generator_);
   std::swap(actions_, other.actions_);
+  std::swap(pushes_, other.pushes_);
   std::swap(checksums_, other.checksums_);
   std::swap(was_loaded_, other.was_loaded_);
   std::swap(effects_, other.effects_);
@@ -380,6 +405,7 @@ void Episode::set_coordinates(const std::vector<double>& position,
   state_.truncated = false;
   state_.end_reason.clear();
   actions_.clear();
+  pushes_.clear();
   was_loaded_ = true;
   forget_sensors();
 }

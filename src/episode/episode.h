@@ -62,6 +62,12 @@ struct EpisodeState {
   const char* end_reason_detail() const;
 };
 
+/// A push by hand.
+struct RecordedPush {
+  std::uint32_t step = 0;  ///< in which it acted, from 1
+  LinkWrench wrench;
+};
+
 /// A record of an episode that suffices to repeat it with bitwise equal results.
 struct EpisodeRecord {
   std::string id;
@@ -72,7 +78,8 @@ struct EpisodeRecord {
   GeneratorState generator_state{};   ///< before the reset
   WorldValues world;                  ///< as drawn at the reset
   std::uint32_t num_steps = 0;
-  std::vector<double> actions;  ///< steps x action size, as given [unitless]
+  std::vector<double> actions;       ///< steps x action size, as given [unitless]
+  std::vector<RecordedPush> pushes;  ///< in the order of step and link, one per step and link
   /// Checksums of the transitions, the reset's first (EpisodeRecord.msg has the formula). They are
   /// verified when the record is repeated; empty: not compared.
   std::vector<std::uint64_t> checksums;
@@ -86,6 +93,9 @@ WALKER_SIM_EXPORT EpisodeRecord describe_origin(const Specification& specificati
 ///         values, or if episodes of the environment depend on earlier ones
 WALKER_SIM_EXPORT void check_repeatable(const EpisodeRecord& record,
                                         const Specification& specification);
+
+/// @throws std::invalid_argument naming the link, or the component that is too large or not finite
+void check_wrench(const LinkWrench& wrench, const Specification& specification);
 
 struct EpisodeOptions {
   std::optional<std::uint64_t> first_seed;  ///< used if the first reset has no seed
@@ -130,6 +140,12 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// @throws InvalidAction, ResetNeeded; then nothing has changed
   void step(const double* action, std::size_t size);
   void step(const std::vector<double>& action) { step(action.data(), action.size()); }
+
+  /// Adds a wrench to the next step, or replaces that step's wrench on the same link. A reset, a
+  /// loaded state and a restored record drop it; saved states do not have it.
+  /// @throws ResetNeeded; std::invalid_argument naming the value that is wrong; std::logic_error if
+  ///         the record has no room for another; then nothing has changed
+  void push(const LinkWrench& wrench);
 
   /// Whether both may be in one `step_group`: same robot type, id, parameters and sizes.
   bool can_step_together(const Episode& other) const;
@@ -228,6 +244,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void require_state(const char* call) const;
   void record_checksum();
   void require_checksum(const EpisodeRecord& record) const;
+  void repeat_pushes(const EpisodeRecord& record);
   void copy_to(Result& result) const;
   const StateOrigin& origin() const;
 
@@ -239,6 +256,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   std::shared_ptr<const CheckedWorld> world_;  // of the resets to come; null: Gymnasium's
   std::unique_ptr<Effects> effects_;           // of the current episode; null: it has none
   std::vector<double> actions_;                // of the current episode, steps x action size
+  std::vector<RecordedPush> pushes_;           // of the current episode
   std::vector<std::uint64_t> checksums_;       // of the current episode, of the reset and each step
   bool was_loaded_ = false;                    // the episode's first actions are unknown
   bool sensors_are_fresh_ = false;

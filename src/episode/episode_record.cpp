@@ -1,14 +1,17 @@
 #include "episode/episode.h"
 
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <stdexcept>
+#include <utility>
 
 #include "base/bits.h"
 #include "base/engine_release.h"
 #include "base/limits.h"
 #include "base/printable_text.h"
 #include "base/random.h"
+#include "base/shortest_text.h"
 
 namespace walker {
 namespace {
@@ -39,7 +42,48 @@ void compare_parameters(const EpisodeRecord& record, const EpisodeRecord& own) {
   for (const auto& [name, value] : recorded) compare("parameter " + name, value, absent);
 }
 
+/// Checks that each step and link has at most one push, in their order.
+void check_pushes(const EpisodeRecord& record, const Specification& specification) {
+  std::pair<std::uint32_t, std::uint32_t> last{0, 0};  // no push is in step 0
+  for (std::size_t i = 0; i < record.pushes.size(); ++i) {
+    const RecordedPush& push = record.pushes[i];
+    const std::string name = "pushes[" + std::to_string(i) + "]";
+    if (push.step < 1 || push.step > record.num_steps) {
+      throw std::invalid_argument(name + ".step = " + std::to_string(push.step) +
+                                  "; must be in [1, " + std::to_string(record.num_steps) + "]");
+    }
+    try {
+      check_wrench(push.wrench, specification);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument(name + "." + error.what());
+    }
+    const std::pair<std::uint32_t, std::uint32_t> place{push.step, push.wrench.link};
+    if (i > 0 && place <= last) {
+      throw std::invalid_argument(name +
+                                  " is not after the push before it, in the order of step "
+                                  "and link");
+    }
+    last = place;
+  }
+}
+
 }  // namespace
+
+void check_wrench(const LinkWrench& wrench, const Specification& specification) {
+  const std::size_t num_links = specification.links.size();
+  if (wrench.link >= num_links) {
+    throw std::invalid_argument("link = " + std::to_string(wrench.link) + "; must be below " +
+                                std::to_string(num_links));
+  }
+  const auto check = [](const char* name, double value, const char* unit) {
+    if (std::abs(value) <= kMaxPush) return;
+    throw std::invalid_argument(std::string(name) + " = " + shortest_text(value) + unit +
+                                "; must be finite, and at most " + shortest_text(kMaxPush));
+  };
+  check("force_x", wrench.force_x, " N");
+  check("force_z", wrench.force_z, " N");
+  check("torque_y", wrench.torque_y, " N m");
+}
 
 EpisodeRecord describe_origin(const Specification& specification) {
   EpisodeRecord record;
@@ -80,6 +124,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
                                 std::to_string(record.num_steps) + " steps of " +
                                 std::to_string(specification.action_size()));
   }
+  check_pushes(record, specification);
   const std::size_t num_transitions = std::size_t{record.num_steps} + 1;
   if (!record.checksums.empty() && record.checksums.size() != num_transitions) {
     throw std::invalid_argument("checksums has " + std::to_string(record.checksums.size()) +
@@ -107,6 +152,7 @@ EpisodeRecord Episode::record() const {
   record.world = world_values();
   record.num_steps = state_.step;
   record.actions = actions_;
+  record.pushes = pushes_;
   record.checksums = checksums_;
   check_repeatable(record, specification());
   return record;
@@ -117,6 +163,10 @@ void Episode::begin(const EpisodeRecord& record) {
   if (record.num_steps > kMaxRecordedSteps) {
     throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
                                 " steps; must have at most " + std::to_string(kMaxRecordedSteps));
+  }
+  if (record.pushes.size() > kMaxRecordedPushes) {
+    throw std::invalid_argument("the record has " + std::to_string(record.pushes.size()) +
+                                " pushes; must have at most " + std::to_string(kMaxRecordedPushes));
   }
   begin(record.generator_state, record.seed, std::make_shared<const WorldValues>(record.world));
   if (state_.failed_at_reset()) {
@@ -129,6 +179,7 @@ bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::tim
   require_checksum(record);
   while (state_.step < record.num_steps) {
     try {
+      repeat_pushes(record);
       step(&record.actions[state_.step * size], size);
     } catch (const std::exception& error) {
       throw std::invalid_argument("step " + std::to_string(state_.step + 1) +
@@ -138,6 +189,14 @@ bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::tim
     if (std::chrono::steady_clock::now() >= until) break;
   }
   return state_.step == record.num_steps;
+}
+
+/// Pushes as in the record's next step. Those of earlier steps are in `pushes_`.
+void Episode::repeat_pushes(const EpisodeRecord& record) {
+  for (std::size_t i = pushes_.size(); i < record.pushes.size(); ++i) {
+    if (record.pushes[i].step != state_.step + 1) return;
+    push(record.pushes[i].wrench);
+  }
 }
 
 void Episode::require_checksum(const EpisodeRecord& record) const {

@@ -224,12 +224,14 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
     world_ = world;
     effects_ = effects ? std::make_unique<Effects>(*effects) : nullptr;
     step_.push = {};
+    step_.wrenches.clear();
     const std::uint32_t next_episode = state_.episode + 1;
     const std::uint32_t environment = state_.environment;
     state_ = read_state;  // copies in place: step_.info points to the buffer of state_.info
     state_.environment = environment;
     if (state_.has_begun()) state_.episode = next_episode;
     actions_.clear();
+    pushes_.clear();
     was_loaded_ = state_.has_begun();
     forget_sensors();
   };

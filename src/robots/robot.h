@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <optional>
@@ -35,6 +36,14 @@ struct SensorNoise {
 /// `maximum_range`. Link poses other than the trunk's do not change.
 void add(const SensorNoise& noise, Sensors& sensors);
 
+/// Wrench on a link in the plane of motion, constant over a step, in axes of the world.
+struct LinkWrench {
+  std::uint32_t link = 0;  ///< index into `Specification::links`
+  double force_x = 0;      ///< at the origin of the link's frame [N]
+  double force_z = 0;      ///< [N]
+  double torque_y = 0;     ///< [N m]
+};
+
 /// Arguments and results of one robot's step, or of its reset.
 struct RobotStep {
   Robot* robot = nullptr;
@@ -43,7 +52,8 @@ struct RobotStep {
   /// Impulse on the trunk along the world's x and z, as a constant force over the step [N s]; a
   /// reset ignores it.
   std::array<double, 2> push{};
-  double* info = nullptr;  ///< receives one value per info name; NaN: absent
+  std::vector<LinkWrench> wrenches;  ///< of distinct links; a reset has none
+  double* info = nullptr;            ///< receives one value per info name; NaN: absent
   double reward = 0;
   bool terminated = false;
   const char* end_reason = "";  ///< static text; empty unless terminated

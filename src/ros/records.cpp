@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/parameter_text.h"
@@ -46,8 +47,27 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   record.world = to_values(message.episode.world);
   record.num_steps = message.episode.length;
   record.actions = message.actions;
+  record.pushes.reserve(message.pushes.size());
+  for (const walker_sim::Push& push : message.pushes) {
+    record.pushes.push_back({push.step, {push.link, push.force_x, push.force_z, push.torque_y}});
+  }
   record.checksums = message.checksums;
   return record;
+}
+
+void to_message(EpisodeRecord&& record, walker_sim::EpisodeRecord& message) {
+  message.actions = std::move(record.actions);
+  message.pushes.clear();
+  message.pushes.reserve(record.pushes.size());
+  for (const auto& [step, wrench] : record.pushes) {
+    walker_sim::Push& push = message.pushes.emplace_back();
+    push.step = step;
+    push.link = wrench.link;
+    push.force_x = wrench.force_x;
+    push.force_z = wrench.force_z;
+    push.torque_y = wrench.torque_y;
+  }
+  message.checksums = std::move(record.checksums);
 }
 
 }  // namespace walker

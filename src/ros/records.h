@@ -19,4 +19,7 @@ Parameters parameters_of(const std::string& id, const std::vector<std::string>& 
 ///         `to_values`
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);
 
+/// Writes what happened in the steps: actions, pushes and checksums.
+void to_message(EpisodeRecord&& record, walker_sim::EpisodeRecord& message);
+
 }  // namespace walker

@@ -6,6 +6,8 @@
 
 #include <ros/single_subscriber_publisher.h>
 
+#include "ros/records.h"
+
 namespace walker {
 namespace {
 
@@ -167,8 +169,7 @@ walker_sim::EpisodeRecord Outputs::message(EpisodeRecord record, ros::Time stamp
   walker_sim::EpisodeRecord message;
   message.spec = spec();
   to_message(shown_.state(), frames_, stamp, message.episode);
-  message.actions = std::move(record.actions);
-  message.checksums = std::move(record.checksums);
+  to_message(std::move(record), message);
   return message;
 }
 

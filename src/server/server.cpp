@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <geometry_msgs/WrenchStamped.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/transport_hints.h>
@@ -44,7 +45,7 @@ constexpr std::chrono::seconds kRecorderStarts{3};  // enough if both start toge
 std::size_t max_record_bytes(const Specification& specification) {
   const std::size_t step_bytes =
       specification.action_size() * sizeof(double) + sizeof(std::uint64_t);
-  return kMaxRecordedSteps * step_bytes + kMaxRecordTextBytes;
+  return kMaxRecordedSteps * step_bytes + kMaxRecordedPushes * kPushBytes + kMaxRecordTextBytes;
 }
 
 ros::NodeHandle make_node(WakingQueue& queue) {
@@ -60,6 +61,16 @@ ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive, Simula
         drive.take_command(message->data, agent);
       },
       [&simulation](const auto& reason) { simulation.refuse_command("effort command: " + reason); },
+      ros::TransportHints().tcpNoDelay());
+}
+
+ros::Subscriber subscribe_to_pushes(ros::NodeHandle& node, Simulation& simulation) {
+  return subscribe_checked<geometry_msgs::WrenchStamped>(
+      node, "push", kListenerQueue,  // those on several links act in the same step
+      [&simulation](const auto& message, const auto& /*sender*/) {
+        simulation.take_push(*message);
+      },
+      [&simulation](const auto& reason) { simulation.refuse_push(reason); },
       ros::TransportHints().tcpNoDelay());
 }
 
@@ -165,7 +176,8 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       port_(options.spin),
       drive_(make_drive(options, simulation_)),
       diagnostics_(node_, options, simulation_, *drive_, outputs_),
-      effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)) {
+      effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)),
+      push_subscriber_(subscribe_to_pushes(node_, simulation_)) {
   if (options_.recorder.empty()) advertise_services();
   const Specification& specification = pool_.specification();
   ROS_INFO_STREAM("walker_sim " << version() << ": " << specification.id << " on "

@@ -53,6 +53,7 @@ class Server {
   std::unique_ptr<Drive> drive_;
   Diagnostics diagnostics_;
   ros::Subscriber effort_subscriber_;
+  ros::Subscriber push_subscriber_;
 };
 
 }  // namespace walker

@@ -12,6 +12,7 @@
 #include "ros/records.h"
 #include "ros/throttle.h"
 #include "ros/worlds.h"
+#include "server/topics/pushes.h"
 
 namespace walker {
 namespace {
@@ -26,6 +27,7 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
     : options_(options),
       pool_(pool),
       shown_(pool.episode(options.shown_environment)),
+      frames_(pool.specification(), options.tf_prefix),
       clock_(clock),
       outputs_(outputs),
       command_(pool.specification(), options.command_timeout, options.real_time_factor == 0),
@@ -211,6 +213,23 @@ void Simulation::refuse_command(const std::string& reason) {
   static Throttle throttle;
   if (!throttle.passes()) return;
   ROS_ERROR_STREAM("Refused " << reason << " (" << counters_.refused_commands << " so far)");
+}
+
+void Simulation::take_push(const geometry_msgs::WrenchStamped& message) {
+  try {
+    shown_.push(to_link_wrench(message, frames_, shown_.sensors()));
+    ++counters_.pushes;
+  } catch (const std::exception& error) {
+    refuse_push(error.what());
+  }
+}
+
+void Simulation::refuse_push(const std::string& reason) {
+  ++counters_.refused_pushes;
+  push_refusal_ = reason;
+  static Throttle throttle;
+  if (!throttle.passes()) return;
+  ROS_ERROR_STREAM("Refused push: " << reason << " (" << counters_.refused_pushes << " so far)");
 }
 
 void Simulation::count_if_clamped(const std::vector<double>& action) {

@@ -8,11 +8,14 @@
 #include <string>
 #include <vector>
 
+#include <geometry_msgs/WrenchStamped.h>
+
 #include "server/environments.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
 #include "server/time/simulation_clock.h"
 #include "server/topics/commands.h"
+#include "server/topics/converters.h"
 #include "server/topics/statistics.h"
 #include "server/transport/pending_answer.h"
 #include "walker_sim/Restore.h"
@@ -53,6 +56,11 @@ class Simulation {
   /// @param agent name of the node that sent it
   void take_command(const std::vector<double>& efforts, const std::string& agent);
   void refuse_command(const std::string& reason);
+  /// Adds a push by hand to the shown environment's next step, or counts it as refused.
+  void take_push(const geometry_msgs::WrenchStamped& message);
+  void refuse_push(const std::string& reason);
+  /// Why the latest refused push was refused; empty if none was.
+  const std::string& push_refusal() const { return push_refusal_; }
   /// Counts a step as contested if two agents step in turns within an episode.
   void record_stepping(const std::string& agent);
 
@@ -76,12 +84,14 @@ class Simulation {
 
   ServerOptions options_;
   Pool& pool_;
-  const Episode& shown_;
+  Episode& shown_;
+  const Frames frames_;
   SimulationClock& clock_;
   Outputs& outputs_;
   EffortCommand command_;
   std::string commanding_agent_;  // sender of the latest command
   SteppingAgents stepping_agents_;
+  std::string push_refusal_;
   ServerCounters counters_;
   EpisodeStatistics episodes_;
   StepTiming timing_;

@@ -178,6 +178,7 @@ def record():
     message.episode = episode(length=2)
     message.episode.world = drawn(0).parameters
     message.actions = [0.5] * 8
+    message.pushes = [messages.Push(step=1, link=2, force_x=10.0, torque_y=-1.0)]
     message.checksums = [1, 2, 3]
     return message
 

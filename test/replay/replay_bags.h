@@ -21,6 +21,7 @@
 
 #include "replay/replay.h"
 #include "restorable.h"
+#include "ros/records.h"
 #include "server/topics/converters.h"
 #include "temporary_folder.h"
 #include "walker_sim/EpisodeRecord.h"
@@ -60,6 +61,9 @@ class Session {
       if (state().has_ended()) record();
     }
   }
+
+  /// Pushes by hand in the next step.
+  void push(const LinkWrench& wrench) { simulation_->push(wrench); }
 
   void restore(const EpisodeRecord& restored) {
     abandon();
@@ -102,12 +106,11 @@ class Session {
 
  private:
   void record() {
-    const EpisodeRecord record = simulation_->record();
+    EpisodeRecord record = simulation_->record();
     walker_sim::EpisodeRecord message;
     to_message(simulation_->specification(), options_, simulation_->world(), message.spec);
     to_message(state(), Frames(simulation_->specification(), ""), ros::Time(1), message.episode);
-    message.actions = record.actions;
-    message.checksums = record.checksums;
+    to_message(std::move(record), message);
     records_.push_back(message);
     is_recorded_ = true;
   }

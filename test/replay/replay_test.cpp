@@ -132,6 +132,40 @@ TEST_P(ReplayOfEach, EpisodesInAWorld) {
   EXPECT_EQ(numbers.records()[0].checksums, session.records()[0].checksums);
 }
 
+TEST_P(ReplayOfEach, PushesByHand) {
+  Session session(GetParam(), short_episodes(GetParam()));
+  session.reset(3);
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    session.push({i % 4, 30.0 - 10 * i, 5.0 * i, 1.0});
+    session.push({4, -20, 10, 0});
+    session.walk(2);
+  }
+  session.walk();
+  ASSERT_EQ(session.records()[0].pushes.size(), 10U);
+  EXPECT_EQ(session.records()[0].pushes[3].step, 3U);
+  EXPECT_EQ(session.records()[0].pushes[3].link, 4U);
+  const Outcome outcome = replay_of(session);
+  EXPECT_TRUE(outcome.is_equal) << outcome;
+  EXPECT_PRED2(ends_with, outcome.line(1), "  equal");
+  struct Case {
+    std::function<void(EpisodeRecord&)> change;
+    std::string words;
+  };
+  const std::vector<Case> cases = {
+      {[](auto& r) { r.pushes[3].force_x += 1; }, "differs at step 3 of the record: checksum"},
+      {[](auto& r) { r.pushes.clear(); }, "differs at step 1 of the record: checksum"},
+      {[](auto& r) { r.pushes[0].link = 5000; }, "pushes[0].link = 5000; must be below"},
+      {[](auto& r) { r.pushes[0].torque_y = NAN; }, "pushes[0].torque_y = nan N m; must be finite"},
+      {[](auto& r) { r.pushes[9].step = 21; }, "pushes[9].step = 21; must be in [1, 20]"},
+      {[](auto& r) { r.pushes[9] = r.pushes[8]; }, "pushes[9] is not after the push before it"}};
+  const EpisodeRecord recorded = session.records()[0];
+  for (const Case& one : cases) {
+    session.records()[0] = recorded;
+    one.change(session.records()[0]);
+    EXPECT_PRED2(contains, replay_of(session).line(1), one.words);
+  }
+}
+
 TEST_P(ReplayOfEach, WorldsAreChecked) {
   struct Case {
     std::function<void(std::vector<walker_sim::WorldParameter>&)> change;

@@ -19,7 +19,7 @@ KEYS = {
     "pace": """real_time_factor real_time_factor_wanted missed_deadlines jitter_p50_us
         jitter_p99_us jitter_p999_us jitter_max_us step_time_mean_us step_time_max_us""",
     "commands": """effort_command refused_commands contested_commands contested_steps
-        clamped_commands command_timeouts""",
+        clamped_commands command_timeouts pushes refused_pushes push_refusal""",
     "episodes": """finished_episodes return_mean return_std return_min return_max length_mean
         terminated truncated failed""",
 }

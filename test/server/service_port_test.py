@@ -206,7 +206,8 @@ class ServicePortTest(ServerTest):
         with self.assertRaisesRegex(RuntimeError, "a request of 65540 bytes; at most 65536"):
             self.step(action=[0.0] * 8192)
         restore = self.server.client("restore", Restore)
-        limit = 1_000_000 * 5 * 8  # bytes of the longest episode's actions and checksums
+        # Bytes of the longest episode's actions and checksums, and of the most pushes.
+        limit = 1_000_000 * (5 * 8 + 32)
         reply = restore(record=EpisodeRecord(actions=[0.0] * 1_000_000 * 4))
         self.assertIn("id =  in the record", reply.status_message)
         restore.connection.sendall(struct.pack("<I", limit + 2 * MEGABYTE))

@@ -80,7 +80,7 @@ void BipedalWalker::build_world(Generator& generator) {
 }
 
 void BipedalWalker::step(RobotStep& step) {
-  begin_step(step.action, step.push);
+  begin_step(step);
   try {
     if (kernel_ != nullptr) {
       WorldCall call{&*physics_, nullptr};
@@ -106,7 +106,6 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   std::size_t num_calls = 0;
   for (RobotStep* const* step = steps; step != steps + count; ++step) {
     BipedalWalker& walker = walker_of(**step);
-    std::array<double, 2> push = (*step)->push;
     if (walker.kernel_ != kernel_) {
       Robot::step_group(step, 1);
       continue;
@@ -119,9 +118,8 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
         continue;
       }
       (*step)->action = kNoTorque.data();
-      push = {};
     }
-    walker.begin_step((*step)->action, push);
+    walker.begin_step(**step);
     calls[num_calls].physics = &*walker.physics_;
     members[num_calls++] = *step;
   }
@@ -139,10 +137,12 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   }
 }
 
-void BipedalWalker::begin_step(const double* action, const std::array<double, 2>& push) {
+void BipedalWalker::begin_step(const RobotStep& step) {
   velocity_before_step_ = velocity_of_origin(physics_->hull());
-  physics_->drive(action);
-  if (push[0] != 0 || push[1] != 0) physics_->push(push);
+  physics_->drive(step.action);
+  if (step.generator != nullptr) return;  // the step of a reset
+  if (step.push[0] != 0 || step.push[1] != 0) physics_->push(step.push);
+  for (const LinkWrench& wrench : step.wrenches) physics_->apply(wrench);
 }
 
 /// A failed assertion leaves the world locked permanently.

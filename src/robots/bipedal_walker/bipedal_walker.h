@@ -45,7 +45,7 @@ class BipedalWalker : public Robot {
 
   bool has_world() const { return physics_ && !world_is_broken_; }
   void build_world(Generator& generator);
-  void begin_step(const double* action, const std::array<double, 2>& push);
+  void begin_step(const RobotStep& step);
   void finish_step(RobotStep& step);
   std::exception_ptr break_world();
   Observed observed() const;

@@ -224,6 +224,18 @@ void Physics::push(const std::array<double, 2>& impulse) {
   hull_->ApplyForceToCenter(to_vector({forward * kStepsPerSecond, up * kStepsPerSecond}), true);
 }
 
+void Physics::apply(const LinkWrench& wrench) {
+  const bool is_hull = wrench.link == 0;
+  b2Body& body = is_hull ? *hull_ : *limbs_[wrench.link - 1];
+  const b2Vec2 origin = is_hull ? b2Vec2(0, 0) : joints_[wrench.link - 1]->GetLocalAnchorB();
+  // In the body's frame, since positions in the world are inaccurate far from its origin.
+  const b2Vec2 arm = body.GetWorldVector(origin - body.GetLocalCenter());
+  const b2Vec2 force = to_vector({wrench.force_x, wrench.force_z});
+  body.ApplyForceToCenter(force, true);
+  // Box2D's rotations are about -y.
+  body.ApplyTorque(b2Cross(arm, force) - static_cast<float>(wrench.torque_y), true);
+}
+
 WalkerParts Physics::parts() {
   return {&world_,
           {limbs_[kKnee2], limbs_[kHip2], hull_, limbs_[kHip1], limbs_[kKnee1]},

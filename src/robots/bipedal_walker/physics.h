@@ -12,6 +12,7 @@
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
 #include "robots/bipedal_walker/terrain.h"
+#include "robots/robot.h"
 #include "simd/choose_kernel.h"
 
 namespace walker::bipedal_walker {
@@ -62,6 +63,9 @@ class Physics {
   /// Applies an impulse to the hull's centre of mass, as a constant force over the next step.
   /// @param impulse forward, up [N s]
   void push(const std::array<double, 2>& impulse);
+
+  /// Applies a wrench over the next step.
+  void apply(const LinkWrench& wrench);
 
   /// Advances the world by 1 / kStepsPerSecond.
   void step();

@@ -34,9 +34,9 @@ void LevelPhysics::reset(const double* position, const double* velocity) {
   mj_forward(&model(), &data);
 }
 
-void LevelPhysics::step(const double* control, const TrunkForce& force, int count) {
+void LevelPhysics::step(const double* control, const ExternalForces& forces, int count) {
   for (int i = 0; i < count; ++i) {
-    advance(level_->stepped(), mutable_data(), control, force, 1);
+    advance(level_->stepped(), mutable_data(), control, forces, 1);
     level_->place(*course_, mutable_data());
   }
   check_warnings(data());

@@ -19,7 +19,7 @@ class LevelPhysics : public LibraryPhysics {
 
   void set_model(ModelPointer source) override;
   void reset(const double* position, const double* velocity) override;
-  void step(const double* control, const TrunkForce& force, int count) override;
+  void step(const double* control, const ExternalForces& forces, int count) override;
   void load(const double* values) override;
 
  private:

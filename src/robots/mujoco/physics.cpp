@@ -33,6 +33,20 @@ void load_data(const mjModel& m, mjData& data, const double* values) {
   });
 }
 
+/// Writes the wrenches as MuJoCo takes them, at the bodies' centres of mass.
+void apply(const mjModel& m, const std::vector<BodyWrench>& wrenches, mjData& data) {
+  mj_kinematics(&m, &data);
+  for (const BodyWrench& wrench : wrenches) {
+    double* const force = at(data.xfrc_applied, wrench.body, 6);
+    double* const torque = force + 3;
+    std::array<double, 3> arm;
+    mju_sub3(arm.data(), at(data.xpos, wrench.body, 3), at(data.xipos, wrench.body, 3));
+    mju_cross(torque, arm.data(), wrench.force.data());
+    mju_addTo3(torque, wrench.torque.data());
+    mju_copy3(force, wrench.force.data());
+  }
+}
+
 }  // namespace
 
 void LibraryPhysics::reset(const double* position, const double* velocity) {
@@ -42,8 +56,8 @@ void LibraryPhysics::reset(const double* position, const double* velocity) {
   mj_forward(model_.get(), data_.get());
 }
 
-void LibraryPhysics::step(const double* control, const TrunkForce& force, int count) {
-  advance(*model_, *data_, control, force, count);
+void LibraryPhysics::step(const double* control, const ExternalForces& forces, int count) {
+  advance(*model_, *data_, control, forces, count);
   check_warnings(*data_);
 }
 
@@ -70,12 +84,16 @@ void forward(const mjModel& model, double* state) {
   save_data(model, *data, state);
 }
 
-void advance(const mjModel& model, mjData& data, const double* control, const TrunkForce& force,
-             int count) {
+void advance(const mjModel& model, mjData& data, const double* control,
+             const ExternalForces& forces, int count) {
   std::copy_n(control, model.nu, data.ctrl);
-  data.qfrc_applied[kBaseX] = force[0];
-  data.qfrc_applied[kBaseZ] = force[1];
-  for (int i = 0; i < count; ++i) mj_step(&model, &data);
+  data.qfrc_applied[kBaseX] = forces.trunk[0];
+  data.qfrc_applied[kBaseZ] = forces.trunk[1];
+  for (int i = 0; i < count; ++i) {
+    if (forces.wrenches != nullptr) apply(model, *forces.wrenches, data);
+    mj_step(&model, &data);
+  }
+  if (forces.wrenches != nullptr) std::fill_n(data.xfrc_applied, 6 * model.nbody, 0.0);
   // mj_step checks the state from which it starts, so the last result is still unchecked.
   mj_checkPos(&model, &data);
   mj_checkVel(&model, &data);

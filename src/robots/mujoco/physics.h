@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "robots/mujoco/engine.h"
 
@@ -15,15 +16,26 @@ namespace walker::mujoco {
 
 class Physics;
 
-/// Force on the trunk's origin: generalized force on the slides, the world's x and z [N]. The
-/// built-in trunks have their centre of mass there.
-using TrunkForce = std::array<double, 2>;
+/// Force and torque on a body at its frame's origin, in axes of the world.
+struct BodyWrench {
+  int body;
+  std::array<double, 3> force;   ///< [N]
+  std::array<double, 3> torque;  ///< [N m]
+};
+
+/// What acts on a robot besides its motors, constant over a call of `Physics::step`.
+struct ExternalForces {
+  /// Force on the trunk's origin: generalized force on the slides, the world's x and z [N]. The
+  /// built-in trunks have their centre of mass there.
+  std::array<double, 2> trunk{};
+  const std::vector<BodyWrench>* wrenches = nullptr;  ///< of distinct bodies; null: none
+};
 
 /// One world's part of a `Physics::step_together` call.
 struct PhysicsCall {
   Physics* physics = nullptr;
   const double* control = nullptr;
-  TrunkForce force{};
+  ExternalForces forces;
   std::exception_ptr failure;  ///< what `step` would have thrown
 };
 
@@ -51,19 +63,19 @@ class Physics {
   /// @throws std::runtime_error with MuJoCo's message if the engine fails
   virtual void reset(const double* position, const double* velocity) = 0;
 
-  /// Makes engine steps under a constant control and force.
+  /// Makes engine steps under a constant control and forces.
   /// @param control nu values; MuJoCo clamps them to the actuators' ranges
-  /// @param force   of this call only
+  /// @param forces  of this call only
   /// @throws std::runtime_error with MuJoCo's warning if the simulation is unstable; the state is
   ///         then lost
-  virtual void step(const double* control, const TrunkForce& force, int count) = 0;
+  virtual void step(const double* control, const ExternalForces& forces, int count) = 0;
 
   /// Makes engine steps of several worlds, with the same results as `step`.
   /// @param calls of distinct worlds, without a failure
   virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept {
     for (PhysicsCall* call = calls; call != calls + num_calls; ++call) {
       try {
-        call->physics->step(call->control, call->force, count);
+        call->physics->step(call->control, call->forces, count);
       } catch (...) {
         call->failure = std::current_exception();
       }
@@ -110,7 +122,7 @@ class LibraryPhysics : public Physics {
   const double* position() const override { return data_->qpos; }
   const double* velocity() const override { return data_->qvel; }
   void reset(const double* position, const double* velocity) override;
-  void step(const double* control, const TrunkForce& force, int count) override;
+  void step(const double* control, const ExternalForces& forces, int count) override;
   void measure(const std::function<void(const mjData&)>& look) const override;
   void save(double* values) const override;
   void load(const double* values) override;
@@ -137,8 +149,8 @@ void forward(const mjModel& model, double* state);
 
 /// Makes engine steps, then checks the result as the next step would.
 /// @param control nu values
-void advance(const mjModel& model, mjData& data, const double* control, const TrunkForce& force,
-             int count);
+void advance(const mjModel& model, mjData& data, const double* control,
+             const ExternalForces& forces, int count);
 
 /// @throws std::runtime_error with MuJoCo's warning if a bad state occurred since the last reset
 void check_warnings(const mjData& data);

@@ -212,7 +212,7 @@ void PlanarRobot::write_first_info(double* info) const {
 
 void PlanarRobot::step(RobotStep& step) {
   remember_state();
-  physics_->step(step.action, force_of(step), options_.frame_skip);
+  physics_->step(step.action, forces_of(step), options_.frame_skip);
   finish_step(step);
 }
 
@@ -232,7 +232,7 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
     robot.remember_state();
     calls[num_calls].physics = robot.physics_;
     calls[num_calls].control = (*step)->action;
-    calls[num_calls].force = robot.force_of(**step);
+    calls[num_calls].forces = robot.forces_of(**step);
     members[num_calls++] = *step;
   }
   // The kernel steps the worlds that it can, and leaves those with a level to the library.
@@ -298,8 +298,18 @@ void PlanarRobot::remember_state() {
   std::copy_n(velocity(), model().nv, velocity_before_step_.begin());
 }
 
-TrunkForce PlanarRobot::force_of(const RobotStep& step) const {
-  return {step.push[0] / specification_.dt, step.push[1] / specification_.dt};
+/// The result refers to `wrenches_`.
+ExternalForces PlanarRobot::forces_of(const RobotStep& step) {
+  ExternalForces forces;
+  forces.trunk = {step.push[0] / specification_.dt, step.push[1] / specification_.dt};
+  if (step.wrenches.empty()) return forces;
+  wrenches_.clear();
+  for (const LinkWrench& wrench : step.wrenches) {
+    const int body = wrench.link == 0 ? layout_.trunk : layout_.limbs[wrench.link - 1];
+    wrenches_.push_back({body, {wrench.force_x, 0, wrench.force_z}, {0, wrench.torque_y, 0}});
+  }
+  forces.wrenches = &wrenches_;
+  return forces;
 }
 
 void PlanarRobot::finish_step(RobotStep& step) const {

@@ -89,7 +89,7 @@ class PlanarRobot : public Robot {
   LidarRanges cast_rays() const;
   void write_first_info(double* info) const;
   void remember_state();
-  TrunkForce force_of(const RobotStep& step) const;
+  ExternalForces forces_of(const RobotStep& step);
   void choose_physics(const ModelPointer& model);
   void set_course(const GeneratorState& origin, std::shared_ptr<const Course> course);
   void finish_step(RobotStep& step) const;
@@ -108,6 +108,7 @@ class PlanarRobot : public Robot {
   std::vector<double> first_position_;        // initial qpos
   double x_before_step_ = 0;                  // x of the trunk
   std::vector<double> velocity_before_step_;  // MuJoCo's qvel
+  std::vector<BodyWrench> wrenches_;          // of the present step
   mutable std::optional<std::uint64_t>
       model_fingerprint_;  // of the empty world's, computed at the first `save` or `load`
 };

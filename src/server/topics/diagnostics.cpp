@@ -166,6 +166,10 @@ void Diagnostics::describe_commands(Status& status) {
   if (const std::uint64_t contested = new_count(&ServerCounters::contested_steps)) {
     warn(status, "two agents step the walker: " + counted(contested, "step") + " amid another's");
   }
+  if (const std::uint64_t refused = new_count(&ServerCounters::refused_pushes)) {
+    warn(status, sentence(refused, refused == 1 ? " push" : " pushes",
+                          " refused since the last report: ", simulation_.push_refusal()));
+  }
   if (state == EffortCommand::State::timed_out ||
       new_count(&ServerCounters::command_timeouts) > 0) {
     warn(status, sentence("no effort command for ", options_.command_timeout, " s: zero torque"));
@@ -176,6 +180,9 @@ void Diagnostics::describe_commands(Status& status) {
   status.add("contested_steps", counters.contested_steps);
   status.add("clamped_commands", counters.clamped_commands);
   status.add("command_timeouts", counters.command_timeouts);
+  status.add("pushes", counters.pushes);
+  status.add("refused_pushes", counters.refused_pushes);
+  status.add("push_refusal", simulation_.push_refusal().empty() ? "-" : simulation_.push_refusal());
 }
 
 void Diagnostics::describe_episodes(Status& status) {

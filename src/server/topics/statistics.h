@@ -26,6 +26,8 @@ struct ServerCounters {
   std::uint64_t clamped_commands = 0;    ///< actions and efforts out of bounds
   std::uint64_t command_timeouts = 0;
   std::uint64_t missed_deadlines = 0;
+  std::uint64_t pushes = 0;          ///< by hand, that act in a step
+  std::uint64_t refused_pushes = 0;  ///< unknown link, wrong value, no episode
 };
 
 /// Collects the wall time of steps between two reports; never allocates memory.

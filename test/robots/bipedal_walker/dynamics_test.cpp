@@ -109,6 +109,41 @@ TEST(DynamicsTest, PushesOfAStepAreSummed) {
   EXPECT_NEAR(momentum_of(flight.physics).up, 0.5, 1e-5);
 }
 
+/// Angular momentum about the world's origin, with the sign of Box2D's rotations [N m s].
+double angular_momentum_of(Physics& physics) {
+  double sum = 0;
+  for (const b2Body* body : physics.parts().bodies) {
+    const b2Vec2& v = body->GetLinearVelocity();
+    const double about_center = double{body->GetInertia()} -
+                                double{body->GetMass()} * body->GetLocalCenter().LengthSquared();
+    sum += about_center * body->GetAngularVelocity() +
+           double{body->GetMass()} * b2Cross(body->GetWorldCenter(), v);
+  }
+  return sum;
+}
+
+/// On each link, a wrench at the origin of the frame that `Sensors::link_poses` has.
+TEST(DynamicsTest, AWrenchChangesMomentumAndAngularMomentum) {
+  for (std::uint32_t link = 0; link < kBodies; ++link) {
+    Flight flight(with_gravity(0));
+    flight.step();
+    b2Vec2 origin = flight.physics.hull().GetPosition();
+    if (link > 0) origin = flight.physics.joint(link - 1).GetAnchorB();
+    const Momentum before = momentum_of(flight.physics);
+    const double angular_before = angular_momentum_of(flight.physics);
+    flight.physics.apply({link, 30, -20, 4});
+    flight.step();
+    EXPECT_NEAR(momentum_of(flight.physics).forward - before.forward, 30 * kDt, 1e-5);
+    EXPECT_NEAR(momentum_of(flight.physics).up - before.up, -20 * kDt, 1e-5);
+    const double moment = double{b2Cross(origin, b2Vec2(30, -20))} - 4;
+    EXPECT_NEAR(angular_momentum_of(flight.physics) - angular_before, moment * kDt, 0.05) << link;
+    const double after = angular_momentum_of(flight.physics);
+    flight.step();
+    EXPECT_NEAR(momentum_of(flight.physics).forward - before.forward, 30 * kDt, 1e-5);
+    EXPECT_NEAR(angular_momentum_of(flight.physics), after, 0.05) << "for one step";
+  }
+}
+
 /// A reset ends with a step, in which the hull is pushed.
 TEST(DynamicsTest, InitialPushIsDrawn) {
   const auto speed_after = [](WorldValues values, std::uint64_t seed) {

@@ -68,6 +68,10 @@ TEST(WorldEpisodesTest, GroupsHaveTheBitsOfSingleSteps) {
         step.robot = grouped[i].get();
         step.action = actions[i].data();
         if (random.integers(0, 3) == 0) step.push = {random.uniform(-3, 3), random.uniform(-3, 3)};
+        if (random.integers(0, 5) == 0) {
+          const auto link = static_cast<std::uint32_t>(random.integers(0, 5));
+          step.wrenches = {{link, random.uniform(-90, 90), random.uniform(-90, 90), 5}};
+        }
         if (time == 0 || random.integers(0, 30) == 0) step.generator = &for_group[i];
         pointers.push_back(&step);
       }

@@ -35,11 +35,13 @@ struct WorldRobot {
     robot->set_coordinates(position, std::vector<double>(position.size()), info.data());
   }
 
-  void step(const std::vector<double>& action, std::array<double, 2> push = {}) {
+  void step(const std::vector<double>& action, std::array<double, 2> push = {},
+            const std::vector<LinkWrench>& wrenches = {}) {
     result = {};
     result.robot = robot.get();
     result.action = action.data();
     result.push = push;
+    result.wrenches = wrenches;
     result.info = info.data();
     robot->step(result);
   }

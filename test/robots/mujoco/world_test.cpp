@@ -15,6 +15,7 @@
 #include "observer.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
+#include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/player.h"
 #include "robots/mujoco/random_level.h"
@@ -179,6 +180,73 @@ TEST_P(RobotTest, APushIsTheChangeOfMomentum) {
     const auto [x, z] = momentum(robot, coast);
     EXPECT_NEAR(scale * x, 0, 1e-3);
     EXPECT_NEAR(scale * z, 0, 1e-3);
+  }
+}
+
+/// A wrench of force F changes the momentum by F dt, on whichever link it acts.
+TEST_P(RobotTest, AWrenchIsAChangeOfMomentum) {
+  const auto num_links = static_cast<std::uint32_t>(make().robot->specification().links.size());
+  for (std::uint32_t link = 0; link < num_links; ++link) {
+    WorldRobot robot = make({{"gravity", 0}});
+    robot.reset(0);
+    robot.place(flying(robot));
+    const double dt = robot.robot->specification().dt;
+    robot.step(idle(robot), {}, {{link, 3 / dt, -2 / dt, 0}});
+    const auto [x, z] = momentum(robot, [&] { robot.step(idle(robot)); });
+    EXPECT_NEAR(x, 3, 3e-3) << link;
+    EXPECT_NEAR(z, -2, 3e-3) << link;
+    robot.step(idle(robot), {}, {{link, 0, 0, 5}});
+    const auto [same_x, same_z] = momentum(robot, [&] { robot.step(idle(robot)); });
+    EXPECT_NEAR(same_x, x, 2e-2) << "a torque alone, on link " << link;
+    EXPECT_NEAR(same_z, z, 2e-2);
+  }
+}
+
+/// The trunk's centre of mass is at its origin, where a world's pushes act as well.
+TEST_P(RobotTest, AWrenchOnTheTrunkActsAsAPush) {
+  WorldRobot robot = make();
+  WorldRobot other = make();
+  for (WorldRobot* each : {&robot, &other}) each->reset(3);
+  const double dt = robot.robot->specification().dt;
+  robot.step(idle(robot), {3, -2});
+  other.step(idle(other), {}, {{0, 3 / dt, -2 / dt, 0}});
+  const Numbers row_of_push = row(robot);
+  const Numbers row_of_wrench = row(other);
+  for (std::size_t i = 0; i < row_of_push.size(); ++i) {
+    EXPECT_NEAR(row_of_push[i], row_of_wrench[i], 1e-9) << i;
+  }
+}
+
+/// The arm of a force at a link's origin, against mj_applyFT for its generalized force.
+TEST_P(RobotTest, AWrenchActsAtTheLinksOrigin) {
+  const ModelPointer model =
+      load_model(std::string(id()).substr(0, 6) == "Hopper" ? "hopper_v5.xml" : "walker2d_v5.xml");
+  for (int body = 1; body < model->nbody; ++body) {
+    LibraryPhysics physics(model);
+    LibraryPhysics other(model);
+    const Numbers position = flying(make());
+    const Numbers velocity(model->nv, 0.1);
+    for (LibraryPhysics* each : {&physics, &other}) each->reset(position.data(), velocity.data());
+    const std::vector<BodyWrench> wrenches{{body, {20, 0, -30}, {0, 4, 0}}};
+    ExternalForces forces;
+    forces.wrenches = &wrenches;
+    const Numbers control(model->nu);
+    physics.step(control.data(), forces, 1);
+    auto& data = const_cast<mjData&>(other.data());
+    mj_kinematics(model.get(), &data);
+    mj_comPos(model.get(), &data);
+    Numbers generalized(model->nv);
+    mj_applyFT(model.get(), &data, wrenches[0].force.data(), wrenches[0].torque.data(),
+               data.xpos + 3 * body, body, generalized.data());
+    for (int dof = kBaseJoints - 1; dof < model->nv; ++dof) {
+      data.qfrc_applied[dof] = generalized[dof];
+    }
+    other.step(control.data(), {{generalized[kBaseX], generalized[kBaseZ]}}, 1);
+    for (int dof = 0; dof < model->nv; ++dof) {
+      const double change = physics.velocity()[dof] - velocity[dof];
+      EXPECT_NEAR(other.velocity()[dof] - velocity[dof], change, 0.02 * std::abs(change) + 2e-3)
+          << "dof " << dof << " under a wrench on body " << body;
+    }
   }
 }
 

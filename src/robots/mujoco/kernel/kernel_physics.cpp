@@ -66,11 +66,11 @@ class KernelPhysics : public Physics {
     read(data);
   }
 
-  void step(const double* control, const TrunkForce& force, int count) override {
+  void step(const double* control, const ExternalForces& forces, int count) override {
     const World before = world_;
     World* const world = &world_;
-    if (take_inputs(control, force)) kernel_.step_singly(&world, 1, count);
-    if (world_.is_flagged) step_by_library(before, count);
+    if (take_inputs(control, forces)) kernel_.step_singly(&world, 1, count);
+    if (world_.is_flagged) step_by_library(before, forces, count);
   }
 
   void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept override {
@@ -85,7 +85,7 @@ class KernelPhysics : public Physics {
         continue;
       }
       before[i] = members[i]->world_;
-      if (members[i]->take_inputs(calls[i].control, calls[i].force)) {
+      if (members[i]->take_inputs(calls[i].control, calls[i].forces)) {
         worlds[num_worlds++] = &members[i]->world_;
       }
     }
@@ -99,7 +99,7 @@ class KernelPhysics : public Physics {
     for (std::size_t i = 0; i < num_calls; ++i) {
       if (members[i] == nullptr || !members[i]->world_.is_flagged) continue;
       try {
-        members[i]->step_by_library(before[i], count);
+        members[i]->step_by_library(before[i], calls[i].forces, count);
       } catch (...) {
         calls[i].failure = std::current_exception();
       }
@@ -163,10 +163,12 @@ class KernelPhysics : public Physics {
   }
 
   /// mj_fwdActuation. @return whether the kernel can make the step; if not, the world is flagged
-  bool take_inputs(const double* control, const TrunkForce& force) {
-    world_.push = force;
+  bool take_inputs(const double* control, const ExternalForces& forces) {
+    world_.push = forces.trunk;
     std::copy_n(control, model_->nu, control_.begin());
-    world_.is_flagged = !std::all_of(control_.begin(), control_.end(),
+    // The kernel applies no wrenches.
+    world_.is_flagged = forces.wrenches != nullptr ||
+                        !std::all_of(control_.begin(), control_.end(),
                                      [](double value) { return std::abs(value) <= mjMAXVAL; });
     for (int motor = 0; motor < model_->nu; ++motor) {
       const double* const range = at(model_->actuator_ctrlrange, motor, 2);
@@ -177,12 +179,12 @@ class KernelPhysics : public Physics {
   }
 
   /// @throws as `step`
-  void step_by_library(const World& before, int count) {
+  void step_by_library(const World& before, const ExternalForces& forces, int count) {
     const DataPool::Loan loan(shared_->data);
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
     write(before, data);
-    advance(*model_, data, control_.data(), world_.push, count);
+    advance(*model_, data, control_.data(), forces, count);
     read(data);
     check_warnings(data);
   }

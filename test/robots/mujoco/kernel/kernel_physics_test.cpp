@@ -155,9 +155,9 @@ class KernelPhysicsTest : public testing::TestWithParam<std::string> {
   }
 
   /// @return message of the exception that both threw, or "nothing thrown"
-  std::string step(const State& control, const TrunkForce& force = {}) {
+  std::string step(const State& control, const ExternalForces& forces = {}) {
     const auto words = [&](Physics& physics) {
-      return message_of<std::runtime_error>([&] { physics.step(control.data(), force, 4); });
+      return message_of<std::runtime_error>([&] { physics.step(control.data(), forces, 4); });
     };
     const std::string message = words(*kernel_);
     EXPECT_EQ(message, words(*library_));
@@ -196,17 +196,34 @@ TEST_P(KernelPhysicsTest, KeepsDenormals) {
 TEST_P(KernelPhysicsTest, PushesInStepsOfTheLibrary) {
   reset(standing_, State(size_, 0.1));
   for (int i = 0; i < 20; ++i) {
-    step(State(num_motors_, i % 2 == 0 ? 1e11 : 0.1), {i % 3 == 0 ? 300.0 : 0.0, i % 5 * 100.0});
+    step(State(num_motors_, i % 2 == 0 ? 1e11 : 0.1), {{i % 3 == 0 ? 300.0 : 0.0, i % 5 * 100.0}});
+  }
+}
+
+/// A wrench leaves a step to the library. Nothing of it is left in the next one.
+TEST_P(KernelPhysicsTest, WrenchesInSomeSteps) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  reset(standing_, State(size_, 0.1));
+  for (int i = 0; i < 60; ++i) {
+    std::vector<BodyWrench> wrenches;
+    for (int body = 1 + i % 2; body < model_->nbody; body += 2) {
+      wrenches.push_back({body, {90 * unit(random), 0, 90 * unit(random)}, {0, unit(random), 0}});
+    }
+    ExternalForces forces{{i % 4 == 0 ? 100.0 : 0.0, 0}};
+    if (i % 3 == 0) forces.wrenches = &wrenches;
+    step(State(num_motors_, 0.1), forces);
   }
 }
 
 /// The library makes the steps of a symmetric walker, whose velocities are zero.
 TEST_P(KernelPhysicsTest, PushesAWalkerAtRest) {
-  for (const TrunkForce& force : {TrunkForce{500, 0}, {0, 500}, {-1e9, 1e12}}) {
+  using Force = std::array<double, 2>;
+  for (const Force& force : {Force{500, 0}, {0, 500}, {-1e9, 1e12}}) {
     reset(standing_, State(size_, 0));
     std::string message = "nothing thrown";
     for (int i = 0; i < 20 && message == "nothing thrown"; ++i) {
-      message = step(State(num_motors_, 0), i == 5 ? force : TrunkForce{});
+      message = step(State(num_motors_, 0), i == 5 ? ExternalForces{force} : ExternalForces{});
     }
     EXPECT_EQ(message == "nothing thrown", force[1] < 1e3) << message;
   }
@@ -319,16 +336,19 @@ TEST_P(KernelPhysicsTest, StepsOtherKindsOfWorldsApart) {
   const State control(num_motors_, 0.7);
   std::vector<PhysicsCall> calls(together.size());
   for (int step = 0; step < 100; ++step) {
-    const auto force_of = [step](std::size_t i) {
-      return TrunkForce{(i + step) % 3 == 0 ? 200.0 : 0.0, 0};
+    const std::vector<BodyWrench> wrenches{{2, {50, 0, 20}, {0, 3, 0}}};
+    const auto forces_of = [step, &wrenches](std::size_t i) {
+      ExternalForces forces{{(i + step) % 3 == 0 ? 200.0 : 0.0, 0}};
+      if ((i + step) % 7 == 0) forces.wrenches = &wrenches;
+      return forces;
     };
     for (std::size_t i = 0; i < calls.size(); ++i) {
-      calls[i] = {together[i].get(), control.data(), force_of(i), {}};
+      calls[i] = {together[i].get(), control.data(), forces_of(i), {}};
     }
     together[step % calls.size()]->step_together(calls.data(), calls.size(), 4);
     for (std::size_t i = 0; i < calls.size(); ++i) {
       ASSERT_FALSE(calls[i].failure);
-      apart[i]->step(control.data(), force_of(i), 4);
+      apart[i]->step(control.data(), forces_of(i), 4);
       for (int k = 0; k < size_; ++k) {
         ASSERT_EQ(to_bits(together[i]->position()[k]), to_bits(apart[i]->position()[k]));
       }
