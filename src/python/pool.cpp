@@ -152,6 +152,15 @@ class PoolBinding {
 
   bool has_worlds() const { return has_worlds_; }
 
+  /// Adds a wrench to an environment's next step, as Episode::push does.
+  /// @param link    index: 0 for the trunk, i for the link that joint i - 1 turns
+  /// @param force_x, force_z, torque_y in axes of the world, at the link's origin [N, N m]
+  void push(std::size_t index, std::uint32_t link, double force_x, double force_z,
+            double torque_y) {
+    const GilFreeLock lock(mutex_);
+    pool_.episode(index).push({link, force_x, force_z, torque_y});
+  }
+
   py::list get_states(const std::vector<std::uint32_t>& environments) {
     std::vector<std::vector<std::byte>> states(environments.size());
     {
@@ -306,6 +315,7 @@ void bind_pool(py::module& module) {
       .def("world_values", &PoolBinding::world_values)
       .def("drawn_worlds", &PoolBinding::drawn_worlds)
       .def_property_readonly("has_worlds", &PoolBinding::has_worlds)
+      .def("push", &PoolBinding::push)
       .def("capture", &PoolBinding::capture)
       .def("error", &PoolBinding::error)
       .def("reset_error", &PoolBinding::reset_error)

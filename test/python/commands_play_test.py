@@ -12,6 +12,7 @@ from walker_sim.commands import play
 from walker_sim.commands.policies import make_policies
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.rendering import Pictures
+from walker_sim.transport import Walkers
 from walker_sim.window import Pace
 from walkers import shown
 
@@ -27,11 +28,11 @@ def viewer(clock):
     return make_viewer(clock)
 
 
-def make_viewer(clock, policy="zero", **parameters):
-    walkers = InProcessWalkers(WALKER, parameters, 1, 1, "next_step")
+def make_viewer(clock, policy="zero", walker=WALKER, kind=InProcessWalkers, **parameters):
+    walkers = kind(walker, parameters, 1, 1, "next_step")
     options = SimpleNamespace(policy=policy, normalization=None)
-    policies = make_policies(options, WALKER, {}, walkers.specification)
-    pictures = Pictures(WALKER, parameters, "human", {}, DT)
+    policies = make_policies(options, walker, {}, walkers.specification)
+    pictures = Pictures(walker, parameters, "human", {}, DT)
 
     def draw():
         return pictures.colors(lambda *given: walkers.render(0, *given))
@@ -64,7 +65,7 @@ def test_pause_and_single_steps(pygame, viewer, clock):
     pass_time(viewer, clock, 1)
     assert viewer.session.step_count == 0
     assert viewer.status().endswith("paused")
-    press(pygame, viewer, "RIGHT", "PERIOD")
+    press(pygame, viewer, "PERIOD", "PERIOD")
     pass_time(viewer, clock, 1)
     assert viewer.session.step_count == 2
     press(pygame, viewer, "SPACE")
@@ -73,6 +74,69 @@ def test_pause_and_single_steps(pygame, viewer, clock):
     press(pygame, viewer, "PERIOD")  # also pauses
     pass_time(viewer, clock, 1)
     assert viewer.session.step_count == 8
+
+
+def speed_after(pygame, viewer, *keys):
+    """Returns the trunk's velocity along x and z one step after the reset and these keys, in the
+    units of the observation."""
+    press(pygame, viewer, "SPACE", "r", *keys, "PERIOD")
+    observation = viewer.session._observation
+    first = 2 if len(observation) == 24 else (len(observation) - 1) // 2
+    return np.array(observation[first : first + 2], float)
+
+
+@pytest.mark.parametrize("walker", ["BipedalWalker-v3", "Walker2d-v5", "Hopper-v5"])
+def test_arrows_push_the_trunk(pygame, clock, walker):
+    viewer = make_viewer(clock, walker=walker)
+    unpushed = speed_after(pygame, viewer)
+    right = speed_after(pygame, viewer, "RIGHT") - unpushed
+    up = speed_after(pygame, viewer, "UP") - unpushed
+    assert right[0] > 0.03
+    assert up[1] > 0  # feet on the ground push less
+    assert speed_after(pygame, viewer, "LEFT")[0] < unpushed[0] - 0.03
+    assert speed_after(pygame, viewer, "DOWN")[1] < unpushed[1]
+    twice = speed_after(pygame, viewer, "RIGHT", "RIGHT") - unpushed
+    assert twice[0] > 1.5 * right[0]
+    assert viewer.session.push_count == 2
+    diagonal = speed_after(pygame, viewer, "RIGHT", "UP") - unpushed
+    assert min(diagonal) > 0
+    assert np.array_equal(speed_after(pygame, viewer, "LEFT", "RIGHT"), unpushed)
+    assert np.array_equal(speed_after(pygame, viewer), unpushed)
+    assert viewer.session.push_count == 0
+
+
+def test_a_push_is_the_worlds_and_acts_for_one_step(pygame, clock):
+    viewer = make_viewer(clock)
+    press(pygame, viewer, "SPACE", "PERIOD", "LEFT", "PERIOD", "PERIOD")
+    walkers = InProcessWalkers(WALKER, {}, 1, 1, "next_step")
+    walkers.reset([], [SEEDS[0]])
+    for force in (0, -3 / DT, 0):  # push_impulse is 3 N s by default
+        walkers.push_trunk(0, force, 0)
+        expected = walkers.step(np.zeros((1, 4))).observations[0]
+    assert np.array_equal(viewer.session._observation, expected)
+
+
+def test_a_push_by_hand_is_reported(pygame, clock, capsys):
+    viewer = make_viewer(clock, max_episode_steps=2)
+    press(pygame, viewer, "RIGHT", "PERIOD", "UP", "PERIOD", "UP")  # the last one after the end
+    assert viewer.session.push_count == 2
+    assert capsys.readouterr().out.endswith("time limit, pushes by hand: 2\n")
+
+
+class RemoteWalkers(InProcessWalkers):
+    """Has the pool of walkers over ROS: none."""
+
+    pool = Walkers.pool
+
+
+def test_arrows_are_refused_over_ros(pygame, clock, capsys):
+    viewer = make_viewer(clock, kind=RemoteWalkers)
+    press(pygame, viewer, "RIGHT", "LEFT", "PERIOD")
+    assert viewer.session.step_count == 1
+    assert viewer.session.push_count == 0
+    error = capsys.readouterr().err
+    assert error.startswith("walker_sim play: arrow keys: not over ROS; ")
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,14 @@ import copy
 import numpy as np
 import pytest
 from walker_sim import WalkerEnv
-from walker_sim.window import MAX_LAG, MAX_PICTURE_INTERVAL, MIN_PICTURE_INTERVAL, Pace, Window
+from walker_sim.window import (
+    MAX_LAG,
+    MAX_PICTURE_INTERVAL,
+    MIN_PICTURE_INTERVAL,
+    Pace,
+    Screen,
+    Window,
+)
 from walkers import follow, make_ours, random_actions, run_python, shown, through_pickle
 
 DT = 1 / 50
@@ -79,6 +86,19 @@ def test_a_window_opens_shows_and_closes(pygame):
     window.close()
     assert pygame.display.get_surface() is None
     window.close()
+
+
+def test_a_screen_has_a_picture_a_line_and_help(pygame):
+    screen = Screen("a walker", 60, 40)
+    screen.show(picture(50), "", ())
+    without_line = shown(pygame)
+    screen.show(picture(50), "step 1", ())
+    assert np.array_equal(shown(pygame)[:40], picture(50))
+    assert not np.array_equal(shown(pygame)[40:], without_line[40:])
+    screen.show(picture(50), "step 1", ("H   help",))
+    assert not np.array_equal(shown(pygame)[:40], picture(50))
+    screen.close()
+    assert pygame.display.get_surface() is None
 
 
 def test_two_windows_share_the_display(pygame):

@@ -168,6 +168,11 @@ class InProcessWalkers(Walkers):
     def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
         return self._pool.drawn_worlds([*environments]) if self._pool.has_worlds else {}
 
+    def push_trunk(self, environment: int, force_x: float, force_z: float) -> None:
+        """Pushes a walker's trunk at its origin during its next step [N], also if called while
+        paused. Replaces an earlier push in the same step. Saved states do not have it."""
+        self._pool.push(environment, 0, force_x, force_z, 0.0)
+
     def step_some(self, actions: NDArray[Any], environments: list[int]) -> Batch:
         """Steps some walkers. Row i of `actions` and of the result belongs to `environments[i]`."""
         batch = self._new_batch(len(environments))

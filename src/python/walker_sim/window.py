@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import time
-from typing import Any, Callable, ClassVar
+from typing import Any, Callable, ClassVar, Sequence
 
 import gymnasium
 import numpy as np
@@ -135,6 +135,43 @@ class Window:
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "is_closed": False}
+
+
+class Screen:
+    """Window with a picture, a line of text below it, and help over it."""
+
+    LINE = 26  # height of a line [pixels]
+    TEXT, BACKGROUND = (235, 235, 235), (40, 40, 40)  # colours
+
+    def __init__(self, title: str, width: int, height: int) -> None:
+        self._size = (width, height)
+        self._surface = open_window(title, (width, height + self.LINE))
+        pygame = load_pygame()
+        pygame.font.init()
+        self._font = pygame.font.Font(None, 20)
+        pygame.key.set_repeat(400, 50)  # [ms]
+
+    def show(self, rgb: NDArray[np.uint8], line: str, help_lines: Sequence[str]) -> None:
+        pygame = load_pygame()
+        self._surface.fill(self.BACKGROUND)
+        self._surface.blit(to_surface(rgb), (0, 0))
+        self._write(line, 8, self._size[1] + 6)
+        if help_lines:
+            shade = pygame.Surface((self._size[0], len(help_lines) * self.LINE + 12))
+            shade.fill(self.BACKGROUND)
+            shade.set_alpha(200)
+            self._surface.blit(shade, (0, 0))
+        for row, text in enumerate(help_lines):
+            key, _, meaning = text.partition("  ")
+            self._write(key, 16, row * self.LINE + 12)
+            self._write(meaning.strip(), 130, row * self.LINE + 12)
+        pygame.display.flip()
+
+    def close(self) -> None:
+        load_pygame().display.quit()
+
+    def _write(self, text: str, x: int, y: int) -> None:
+        self._surface.blit(self._font.render(text, True, self.TEXT), (x, y))
 
 
 def open_window(title: str, size: tuple[int, int], allows_invisible: bool = False) -> Any:

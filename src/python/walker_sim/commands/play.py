@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 import time
 from contextlib import closing
 from typing import Any, Callable, Sequence
@@ -11,12 +12,13 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
+from walker_sim import _core
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Policy, end_of
 from walker_sim.commands.policies import POLICY_HELP, Policies, make_policies
 from walker_sim.rendering import Pictures, split_keywords
 from walker_sim.transport import Walkers
-from walker_sim.window import Pace, load_pygame, open_window, to_surface
+from walker_sim.window import Pace, Screen, load_pygame
 from walker_sim.worlds import text_of
 
 EPISODES = 100
@@ -26,7 +28,8 @@ POLL_INTERVAL = 0.01  # keyboard polling interval [s of wall time]
 
 KEYS = """\
 Space            pause or continue
-Right, .         one step
+.                one step
+Arrows           push the trunk
 R                repeat the episode
 N                next episode
 +, F             double the speed
@@ -34,10 +37,16 @@ N                next episode
 H                show or hide this help
 Q, Esc           quit"""
 
+PUSHES = {"LEFT": (-1, 0), "RIGHT": (1, 0), "UP": (0, 1), "DOWN": (0, -1)}  # x and z, by key
+
 DESCRIPTION = """\
 Shows a walker in a window in real time, one episode for each seed, repeatedly. A line below the
 picture has the episode, its seed, step and return, the speed, and how the episode ended. Needs
 pygame: pip install "walker_sim[window]".
+
+An arrow key pushes the trunk in the next step, by the impulse that a world's push_impulse has by
+default; keys in the same step add up. An episode with such a push is not that of its seed, and its
+line says so. Over ROS publish on the topic push instead.
 """
 
 EPILOG = f"""\
@@ -60,12 +69,16 @@ class Session:
     """Endless sequence of episodes of one walker.
 
     `episode` counts from 1. `end` is the result of `end_of`, empty while the episode continues.
-    `world` is what the episode has drawn from its world.
+    `world` is what the episode has drawn from its world, `push_count` the number of its pushes by
+    hand.
     """
 
     def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
         self._walkers, self._policies, self._seeds = walkers, policies, seeds
         self._actions = np.zeros((1, len(walkers.specification["action_low"])))
+        parameters = _core.world_parameters(walkers.specification["id"])
+        (impulse,) = (each["default"] for each in parameters if each["name"] == "push_impulse")
+        self._push_force = impulse / walkers.specification["dt"]  # [N]
         self.episode = 0
         self.begin_next()
 
@@ -83,51 +96,26 @@ class Session:
             raise RuntimeError(f"seed {self.seed}: the simulation failed at its reset: {error}")
         self.world = self._walkers.world_values([0])[0]
         self.step_count, self.episode_return, self.end = 0, 0.0, ""
+        self.push_count, self._force = 0, np.zeros(2)
+
+    def push(self, direction: tuple[int, int]) -> None:
+        """Adds a push on the trunk, along the world's x and z, to the next step. AttributeError if
+        the walker is not in this process."""
+        pool = self._walkers.pool("arrow keys")
+        if self.end:
+            return
+        self._force += np.multiply(self._push_force, direction)
+        pool.push_trunk(0, *self._force)
+        self.push_count += 1
 
     def step(self) -> None:
         self._actions[0] = self._policy(self._observation)
         batch = self._walkers.step(self._actions)
+        self._force[:] = 0
         self._observation = batch.observations[0]
         self.step_count += 1
         self.episode_return += float(batch.rewards[0])
         self.end = end_of(self._walkers, batch, 0)
-
-
-class Screen:
-    """Window with a picture, a line of text below it, and help over it."""
-
-    LINE = 26  # height of a line [pixels]
-    TEXT, BACKGROUND = (235, 235, 235), (40, 40, 40)  # colours
-
-    def __init__(self, title: str, width: int, height: int) -> None:
-        self._size = (width, height)
-        self._surface = open_window(title, (width, height + self.LINE))
-        pygame = load_pygame()
-        pygame.font.init()
-        self._font = pygame.font.Font(None, 20)
-        pygame.key.set_repeat(400, 50)  # [ms]
-
-    def show(self, rgb: NDArray[np.uint8], line: str, help_lines: Sequence[str]) -> None:
-        pygame = load_pygame()
-        self._surface.fill(self.BACKGROUND)
-        self._surface.blit(to_surface(rgb), (0, 0))
-        self._write(line, 8, self._size[1] + 6)
-        if help_lines:
-            shade = pygame.Surface((self._size[0], len(help_lines) * self.LINE + 12))
-            shade.fill(self.BACKGROUND)
-            shade.set_alpha(200)
-            self._surface.blit(shade, (0, 0))
-        for row, text in enumerate(help_lines):
-            key, _, meaning = text.partition("  ")
-            self._write(key, 16, row * self.LINE + 12)
-            self._write(meaning.strip(), 130, row * self.LINE + 12)
-        pygame.display.flip()
-
-    def close(self) -> None:
-        load_pygame().display.quit()
-
-    def _write(self, text: str, x: int, y: int) -> None:
-        self._surface.blit(self._font.render(text, True, self.TEXT), (x, y))
 
 
 class Viewer:
@@ -143,8 +131,11 @@ class Viewer:
     ) -> None:
         self.session, self.pace = session, pace
         self.is_over, self.is_paused, self.has_help = False, False, False
+        self._has_warned = False  # that pushes do not work
         self._draw, self._screen, self._now = draw, screen, now
         self._ended_at = 0.0
+        pygame = load_pygame()
+        self._pushes = {getattr(pygame, f"K_{name}"): way for name, way in PUSHES.items()}
         self._show()
 
     def run(self) -> None:
@@ -193,10 +184,12 @@ class Viewer:
         if key == pygame.K_SPACE:
             self.is_paused = not self.is_paused
             self.pace.begin()
-        elif key in (pygame.K_RIGHT, pygame.K_PERIOD):
+        elif key == pygame.K_PERIOD:
             self.is_paused = True
             if not self.session.end:
                 self._step()
+        elif key in self._pushes:
+            self._push(self._pushes[key])
         elif key == pygame.K_r:
             self._begin(self.session.begin)
         elif key == pygame.K_n:
@@ -209,6 +202,14 @@ class Viewer:
             self.has_help = not self.has_help
         elif key in (pygame.K_q, pygame.K_ESCAPE):
             self.is_over = True
+
+    def _push(self, direction: tuple[int, int]) -> None:
+        try:
+            self.session.push(direction)
+        except AttributeError as error:
+            if not self._has_warned:
+                print(f"walker_sim play: {error}; publish on the topic push", file=sys.stderr)
+            self._has_warned = True
 
     def _begin(self, begin: Callable[[], None]) -> None:
         begin()
@@ -225,9 +226,11 @@ class Viewer:
         if session.end:
             self._ended_at = self._now()
             world = f", world {text_of(session.world)}" if session.world else ""
+            pushes = f", pushes by hand: {session.push_count}" if session.push_count else ""
             print(
                 f"episode {session.episode}, seed {session.seed}: return "
-                f"{session.episode_return:.1f}, {session.step_count} steps, {session.end}{world}"
+                f"{session.episode_return:.1f}, {session.step_count} steps, "
+                f"{session.end}{world}{pushes}"
             )
         if is_due or session.end:
             self._show()
