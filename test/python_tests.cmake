@@ -7,6 +7,7 @@ set(short_suites
   docs_test
   exports_test
   package_xml_test
+  repository_test
   python/answers_test
   python/bad_input_test
   python/bits_ros_test
