@@ -47,13 +47,18 @@ CAMERA = ("docs/ros_interface.md", "/walker_sim/render")
 TYPED = [AT_FIRST, BY_HAND, GYMNASIUM, USUAL_TOOLS, BATCH, SNAPSHOT, REPLAY, CAMERA]
 # Blocks that no test runs, and the reason.
 NOT_TYPED = {
-    (CLI, "walker_sim evaluate"): "takes long; test/python/commands_evaluate_test.py",
+    (CLI, "evaluate BipedalWalker-v3 --seeds"): "long; test/python/commands_evaluate_test.py",
+    (CLI, "evaluate BipedalWalker-v3 --grid gravity"): "test/python/commands_grid_test.py",
     (CLI, "walker_sim record"): "takes long; test/python/commands_record_test.py",
     (CLI, "walker_sim worlds"): "test/python/commands_worlds_test.py",
     ("docs/ros_interface.md", "/walker_sim/set_world"): "test/server/world_services_test.py",
     (CLI, "walker_sim bench"): "measures; test/python/commands_bench_test.py",
+<<<<<<< HEAD
     (CLI, "walker_sim doctor"): "test/python/commands_doctor_test.py",
     (CLI, "walker_sim play"): "needs a window; test/python/commands_play_test.py",
+=======
+    (CLI, "play BipedalWalker-v3 --seeds"): "needs a window; test/python/commands_play_test.py",
+>>>>>>> 580adf28 (evaluate: --grid and several worlds compare a policy by pairs of equal seeds; --worst)
     ("docs/reliability.md", "hash --steps"): "takes long; test/python/commands_hash_test.py",
     ("docs/adding_an_environment.md", "describe"): "test_rosrun_finds_each_program_once does",
     (GUIDE, "ten_walkers.launch"): "needs the machine for itself; test/server/ten_walkers_test.py",

@@ -122,8 +122,10 @@ def test_json_has_all_digits(evaluate, tmp_path):
 
 def test_plot_shows_every_episode(evaluate, tmp_path, monkeypatch):
     figures = []
-    make = results._figure
-    monkeypatch.setattr(results, "_figure", lambda **k: figures.append(make(**k)) or figures[-1])
+    make = results.make_figure
+    monkeypatch.setattr(
+        results, "make_figure", lambda **k: figures.append(make(**k)) or figures[-1]
+    )
     file = tmp_path / "returns.png"
     _, rows = evaluate("BipedalWalker-v3", "--seeds", "6,0:3", "--plot", file)
     assert file.read_bytes().startswith(b"\x89PNG")

@@ -42,6 +42,21 @@ def test_evaluation_names_the_servers_world(command, tmp_path, serve):
     assert results[0] == results[1]
 
 
+def test_a_grid_equals_in_process_and_leaves_the_servers_world(command, tmp_path, serve):
+    name, _ = serve(world="{gravity: -9}", num_envs=2)
+    words = ["evaluate", "BipedalWalker-v3", "--policy", "random", "--episodes", 3]
+    ros = ["--transport", "ros", "--server", name, "--num-envs", 2]
+    before = command(*words, *ros).out
+    compared = [*words, "--grid", "gravity=-20,-5", "--world", "laggy", "noisy", "--worst", 1]
+    results = []
+    for number, where in enumerate(([], ros)):
+        file = tmp_path / f"{number}.json"
+        out = command(*compared, *where, "--json", file).out
+        results.append((out, file.read_text()))
+    assert results[0] == results[1]
+    assert command(*words, *ros).out == before
+
+
 def test_recording_repeats_over_ros_and_in_process(command, tmp_path, serve):
     name, _ = serve(env="BipedalWalkerHardcore-v3", num_envs=2)
     ros = ["--transport", "ros", "--server", name, "--num-envs", 2]

@@ -45,7 +45,7 @@ class Steps(NamedTuple):
 class Episode:
     """Outcome of an episode, or of its steps so far."""
 
-    order: int  # index of its seed
+    order: int  # index of its seed; in several worlds, after the episodes of earlier ones
     seed: int
     episode_return: float = 0.0
     length: int = 0  # [steps]
@@ -151,17 +151,19 @@ def play_network(
     player: _core.EpisodePlayer,
     network: _core.Policy,
     seeds: Sequence[int],
-    world: World,
+    worlds: Sequence[World],
     receive: Callable[[Episode], None],
 ) -> None:
-    """Plays every episode of a network to its end, as `play` does, and calls `receive` with each in
-    the order in which they end."""
+    """Plays every episode of a network to its end in each world, as `play` does in one, and calls
+    `receive` with each in the order in which they end. `Episode.order` counts the seeds of the
+    first world, then those of the next one."""
     env_id, names = player.specification["id"], player.specification["info_names"]
+    jobs = [(0, seed, world) for world in range(len(worlds)) for seed in seeds]
 
     def take(job: int, played: episode_player.PlayedEpisode) -> None:
         receive(
             Episode(
-                *(job, seeds[job], played.episode_return, played.length),
+                *(job, jobs[job][1], played.episode_return, played.length),
                 *(played.terminated, played.truncated),
                 episode_player.end_of(env_id, played.terminated, played.reward, played.error),
                 by_name(names, played.info),
@@ -170,7 +172,7 @@ def play_network(
             )
         )
 
-    episode_player.play_jobs(player, [network], [world], [(0, seed, 0) for seed in seeds], take)
+    episode_player.play_jobs(player, [network], worlds, jobs, take)
 
 
 @contextlib.contextmanager

@@ -9,12 +9,15 @@ import time
 from collections import ChainMap
 from typing import Any, Callable, NamedTuple, Sequence
 
+from walker_sim import _core
+from walker_sim.commands import grid_results, results
 from walker_sim.commands import options as common
-from walker_sim.commands import results
 from walker_sim.commands.episodes import Episode, play, play_network, progress
+from walker_sim.commands.grid import Grid, axis, make_grid
 from walker_sim.commands.policies import (
     POLICY_HELP,
     PolicyFailed,
+    check_normalization,
     find_network,
     make_policies,
     policy_text,
@@ -30,6 +33,10 @@ Plays one episode for each seed and prints the policy's mean return with its 95 
 interval over seeds, median, standard deviation, lengths, and how the episodes ended. A seed
 determines its episode: --num-envs, --num-threads and --transport change the duration and no digit
 of the result.
+
+With --grid, or with several worlds, it plays the same seeds in each world and in Gymnasium's, and
+prints a table: mean return, share that fell, and the difference to Gymnasium's world by pairs of
+equal seeds, each mean with its 95 % confidence interval.
 """
 
 EPILOG = f"""\
@@ -44,6 +51,9 @@ examples:
       --csv hardcore.csv --plot hardcore.png
   python3 -m walker_sim evaluate Walker2d-v5 --policy my_policies:walk ctrl_cost_weight=0.01
   python3 -m walker_sim evaluate Walker2d-v5 --policy shipped --world pushed --csv pushed.csv
+  python3 -m walker_sim evaluate BipedalWalker-v3 --policy shipped \\
+      --grid push_impulse=0:40:10 --grid action_delay=0:0.06:0.02 --plot grid.png --worst 3
+  python3 -m walker_sim evaluate Walker2d-v5 --policy shipped --world slippery moon noisy
   python3 -m walker_sim evaluate BipedalWalker-v3 --transport ros --episodes 20
 """
 
@@ -57,6 +67,12 @@ def _parser() -> common.Parser:
         metavar="RETURN",
         help="print the fraction of episodes with at least this return (default: the environment's "
         "reward threshold, if any)",
+    )
+    parser.add_argument(
+        "--worst",
+        type=common.count,
+        metavar="N",
+        help="print commands that show the N episodes with the least returns",
     )
     files = parser.add_argument_group("files")
     files.add_argument(
@@ -73,9 +89,19 @@ def _parser() -> common.Parser:
         "--plot",
         type=common.output_file,
         metavar="FILE",
-        help="returns by seed and their histogram: .png, .svg or .pdf (needs matplotlib)",
+        help="returns by seed and their histogram, of a grid the mean returns as a heat map: .png, "
+        ".svg or .pdf (needs matplotlib)",
     )
-    common.add_world(parser)
+    common.add_worlds(parser)
+    parser.add_argument(
+        "--grid",
+        type=axis,
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help="values of a parameter of the world, FIRST:END:STEP with END or VALUE,VALUE,..., in "
+        "each --world: push_impulse=0:40:10. Given twice, all pairs of values",
+    )
     common.add_walker_options(parser)
     common.add_num_envs(parser)
     return parser
@@ -91,14 +117,27 @@ class _Source(NamedTuple):
 
 
 def _source(
-    options: argparse.Namespace, env_id: str, parameters: dict[str, Any], seeds: Sequence[int]
+    options: argparse.Namespace,
+    env_id: str,
+    parameters: dict[str, Any],
+    seeds: Sequence[int],
+    grid: Grid | None,
 ) -> _Source:
+    check_normalization(options)
     network = find_network(options, env_id, parameters)
     reuses = parameters.get("reuse_world") is True
+    if reuses and (grid or options.worst):
+        raise common.InputError(
+            f"reuse_world=true: must be false with {'several worlds' if grid else '--worst'}, "
+            "because an episode then depends on the earlier ones in its world"
+        )
     if network is None or options.transport == "ros" or reuses:
-        return _stepped(options, env_id, parameters, seeds)
+        return _stepped(options, env_id, parameters, seeds, grid)
     try:
-        world = to_world(env_id, options.world)
+        worlds = grid.worlds() if grid else [to_world(env_id, options.world)]
+        environment = _core.Environment(env_id, parameters)
+        for world in worlds:  # some errors depend on the parameters
+            environment.set_world(world)
         num_threads = options.num_threads or 0
         player = make_player(env_id, parameters, num_threads, options.num_envs)
     except (ValueError, TypeError, RuntimeError) as error:
@@ -106,44 +145,58 @@ def _source(
 
     def play_all(receive: Callable[[Episode], None]) -> None:
         try:
-            play_network(player, network, seeds, world, receive)
+            play_network(player, network, seeds, worlds, receive)
         except ValueError as error:  # a network that overflows
-            raise PolicyFailed(f"--policy {options.policy}: {error}") from error
+            raise PolicyFailed(f"--policy {options.policy}: {error}") from None
 
-    return _Source(player.specification, [world], min(player.num_envs, len(seeds)), play_all)
+    num_envs = min(player.num_envs, len(seeds) * len(worlds))
+    return _Source(player.specification, worlds, num_envs, play_all)
 
 
 def _stepped(
-    options: argparse.Namespace, env_id: str, parameters: dict[str, Any], seeds: Sequence[int]
+    options: argparse.Namespace,
+    env_id: str,
+    parameters: dict[str, Any],
+    seeds: Sequence[int],
+    grid: Grid | None,
 ) -> _Source:
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options, env_id, parameters, walkers.specification)
+    before = walkers.worlds()  # over ROS they may be the server's own
+    worlds = grid.worlds() if grid else before
+    if grid:
+        try:
+            for world in worlds:
+                walkers.set_world([], [world])
+        except ValueError as error:
+            raise common.InputError(str(error)) from error
 
     def play_all(receive: Callable[[Episode], None]) -> None:
-        for episode in play(walkers, seeds, policies):
-            receive(episode)
+        if not grid:
+            for episode in play(walkers, seeds, policies):
+                receive(episode)
+        else:
+            try:
+                for index, world in enumerate(worlds):
+                    walkers.set_world([], [world])
+                    for episode in play(walkers, seeds, policies):
+                        episode.order += index * len(seeds)
+                        receive(episode)
+            finally:
+                walkers.set_world([], before)
         walkers.close()
 
-    # Over ROS the worlds may be the server's own.
-    return _Source(walkers.specification, walkers.worlds(), walkers.num_envs, play_all)
+    return _Source(walkers.specification, worlds, walkers.num_envs, play_all)
 
 
-def run(arguments: Sequence[str]) -> int:
-    options = _parser().parse_intermixed_args(arguments)
-    env_id, parameters = common.walker_of(options.walker)
-    if options.plot:
-        results.check_format(options.plot)  # fails before the episodes, which may take hours
-    seeds = common.chosen_seeds(options)
-    source = _source(options, env_id, parameters, seeds)
-    specification, worlds = source.specification, source.worlds
-    world = worlds[0] if all(one == worlds[0] for one in worlds) else worlds
-    table = None
-    if options.csv:
-        table = results.Table(options.csv, specification["info_names"], [*ChainMap(*worlds)])
-    began = time.monotonic()
+def _play(
+    options: argparse.Namespace, source: _Source, number_of: int, table: results.Table | None
+) -> list[Episode]:
+    """Plays all episodes, with a progress bar. Returns them in order."""
     episodes: list[Episode] = []
+    began = time.monotonic()
     try:
-        with progress(len(seeds)) as show:
+        with progress(number_of) as show:
 
             def receive(episode: Episode) -> None:
                 episodes.append(episode)
@@ -154,24 +207,12 @@ def run(arguments: Sequence[str]) -> int:
             source.play(receive)
     except KeyboardInterrupt:
         if table:
-            print(f"{options.csv}: {len(episodes)} of {len(seeds)} episodes", file=sys.stderr)
+            print(f"{options.csv}: {len(episodes)} of {number_of} episodes", file=sys.stderr)
         raise
-    episodes.sort()
     seconds = time.monotonic() - began
-
-    threshold = options.threshold
-    if threshold is None and not math.isnan(specification["reward_threshold"]):
-        threshold = specification["reward_threshold"]
-    summary = results.summarise(episodes, threshold)
-    policy = policy_text(options)
-    walker = " ".join([env_id, *(word for word in options.walker if "=" in word)])
-    if options.world is not None or world:
-        known = options.world or (range_text(world) if isinstance(world, dict) else "differs")
-        walker += f", world {known}"
-    title = f"{walker}, policy {policy}, {len(seeds)} episode{'s' if len(seeds) > 1 else ''}"
-    returns = [episode.episode_return for episode in episodes]
-    lines = [*results.report(summary, threshold), "", *results.histogram(returns)]
-    print("\n".join([title, "", *lines]))
+    episodes.sort()
+    if table:
+        table.finish(episodes)
     steps = sum(episode.length for episode in episodes)
     # Standard output must be the same in every run.
     print(
@@ -179,18 +220,93 @@ def run(arguments: Sequence[str]) -> int:
         f"environments at once: {source.num_envs}",
         file=sys.stderr,
     )
-    if table:
-        table.finish(episodes)
+    return episodes
+
+
+def run(arguments: Sequence[str]) -> int:
+    options = _parser().parse_intermixed_args(arguments)
+    common.split_worlds(options)
+    env_id, parameters = common.walker_of(options.walker)
+    if options.plot:
+        results.check_format(options.plot)  # fails before the episodes, which may take hours
+    seeds = common.chosen_seeds(options)
+    grid = make_grid(env_id, options.worlds, options.grid, len(seeds))
+    options.world = options.worlds[0] if options.worlds and not grid else None
+    source = _source(options, env_id, parameters, seeds, grid)
+    specification, worlds = source.specification, source.worlds
+    table = None
+    if options.csv:
+        names = specification["info_names"], [*ChainMap(*worlds)]
+        texts = grid_results.texts_of(grid) if grid else []
+        world_of = (lambda episode: texts[episode.order // len(seeds)]) if grid else None
+        table = results.Table(options.csv, *names, world_of)
+    count = len(seeds) * (len(worlds) if grid else 1)
+    episodes = _play(options, source, count, table)
+
+    threshold = options.threshold
+    if threshold is None and not math.isnan(specification["reward_threshold"]):
+        threshold = specification["reward_threshold"]
+    head = {
+        "id": env_id,
+        "parameters": specification["parameters"],
+        "policy": policy_text(options),
+        "engine": specification["engine_version"],
+    }
+    if grid:
+        _report_grid(options, head, grid, episodes, threshold)
+    else:
+        world = worlds[0] if all(one == worlds[0] for one in worlds) else worlds
+        _report(options, head, world, episodes, threshold)
+    if options.worst:
+        print("\n" + grid_results.worst(episodes, options.worst, options))
+    return 0
+
+
+def _title(options: argparse.Namespace, head: dict[str, Any], known: str, number_of: int) -> str:
+    walker = " ".join([head["id"], *(word for word in options.walker if "=" in word)])
+    world = f", world {known}" if known else ""
+    plural = "s" if number_of > 1 else ""
+    return f"{walker}{world}, policy {head['policy']}, {number_of} episode{plural}"
+
+
+def _report(
+    options: argparse.Namespace,
+    head: dict[str, Any],
+    world: World | Sequence[World],
+    episodes: Sequence[Episode],
+    threshold: float | None,
+) -> None:
+    """Prints the statistics of one world and writes the files."""
+    summary = results.summarise(episodes, threshold)
+    has_world = options.world is not None or bool(world)
+    known = ""
+    if has_world:
+        known = options.world or (range_text(world) if isinstance(world, dict) else "differs")
+    title = _title(options, head, known, len(episodes))
+    returns = [episode.episode_return for episode in episodes]
+    lines = [*results.report(summary, threshold), "", *results.histogram(returns)]
+    print("\n".join([title, "", *lines]))
     if options.json:
-        head = {
-            "id": env_id,
-            "parameters": specification["parameters"],
-            "policy": policy,
-            "engine": specification["engine_version"],
-        }
-        if options.world is not None or world:
-            head["world"] = world
-        results.write_json(options.json, head, summary, episodes)
+        beside = {"world": world} if has_world else {}
+        results.write_json(options.json, {**head, **beside}, summary, episodes)
     if options.plot:
         results.write_plot(options.plot, title, episodes, summary, threshold)
-    return 0
+
+
+def _report_grid(
+    options: argparse.Namespace,
+    head: dict[str, Any],
+    grid: Grid,
+    episodes: Sequence[Episode],
+    threshold: float | None,
+) -> None:
+    """Prints the table of a grid and writes the files."""
+    found = grid_results.summarise(grid, episodes, threshold)
+    known = grid.rows[0] if len(grid.rows) == 1 else ""
+    title = _title(options, head, known, len(found[0].episodes))
+    print(f"{title} in each of {len(found)} worlds\n")
+    print(grid_results.report(head["id"], grid, found, options.threshold))
+    if options.json:
+        grid_results.write_json(options.json, head, grid, found)
+    if options.plot:
+        grid_results.write_plot(options.plot, title, head["id"], grid, found)

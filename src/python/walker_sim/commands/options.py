@@ -54,16 +54,40 @@ def add_walker_options(parser: Parser) -> None:
     parser.set_defaults(world=None)
 
 
-def add_world(
-    parser: Parser, default: str = "Gymnasium's; a server has its own and keeps what is given"
-) -> None:
+WORLD_HELP = (
+    "level, physics, disturbances, delays and noise: a preset's name, a YAML file, or a text: "
+    "'{gravity: -5, push_interval: [1, 3]}'. `worlds` lists presets and parameters"
+)
+DEFAULT_WORLD = "Gymnasium's; a server has its own and keeps what is given"
+
+
+def add_world(parser: Parser, default: str = DEFAULT_WORLD) -> None:
+    parser.add_argument("--world", metavar="WORLD", help=f"{WORLD_HELP} (default: {default})")
+
+
+def add_worlds(parser: Parser) -> None:
+    """Adds --world for one world or several; see `split_worlds`."""
     parser.add_argument(
         "--world",
+        action="append",
+        nargs="+",
+        default=[],
         metavar="WORLD",
-        help="level, physics, disturbances, delays and noise: a preset's name, a YAML file, or a "
-        "text: '{gravity: -5, push_interval: [1, 3]}'. `worlds` lists presets and parameters "
-        f"(default: {default})",
+        dest="given_worlds",
+        help=f"{WORLD_HELP}. Several are compared (default: {DEFAULT_WORLD})",
     )
+
+
+def split_worlds(options: argparse.Namespace) -> None:
+    """Sets `options.worlds`. What --world has taken after its first word and is an ID or NAME=VALUE
+    goes to `options.walker`."""
+    ids = [*_core.ids(), *(f"walker_sim/{one}" for one in _core.ids())]
+    options.worlds = []
+    for first, *others in options.given_worlds:
+        options.worlds.append(first)
+        for word in others:
+            is_walker = word in ids or re.match("[a-z][a-z0-9_]*=", word)
+            (options.walker if is_walker else options.worlds).append(word)
 
 
 def add_num_envs(parser: Parser) -> None:

@@ -54,8 +54,7 @@ def make_policies(
     """
     text, normalization = options.policy, options.normalization
     size = len(specification["action_low"])
-    if normalization is not None and not text.endswith(".zip"):
-        raise InputError(f"--normalization {normalization}: only for --policy FILE.zip")
+    check_normalization(options)
     if text == "zero":
         return lambda seed: lambda observation: np.zeros(size, np.float32)
     if text in ("heuristic", "random"):
@@ -71,6 +70,12 @@ def make_policies(
         f"--policy {text}: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or"
         " MODULE:FUNCTION"
     )
+
+
+def check_normalization(options: argparse.Namespace) -> None:
+    """Raises InputError if --normalization is given beside a policy that takes none."""
+    if options.normalization is not None and not options.policy.endswith(".zip"):
+        raise InputError(f"--normalization {options.normalization}: only for --policy FILE.zip")
 
 
 def policy_text(options: argparse.Namespace) -> str:

@@ -9,7 +9,7 @@ import io
 import json
 from collections import Counter
 from pathlib import Path
-from typing import Any, Iterable, NamedTuple, Sequence
+from typing import Any, Callable, Iterable, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,7 @@ def summarise(episodes: Sequence[Episode], threshold: float | None) -> Summary:
     )
 
 
-def _rounded(value: float | None, digits: int = 1) -> str:
+def rounded(value: float | None, digits: int = 1) -> str:
     return "-" if value is None else f"{value:,.{digits}f}"
 
 
@@ -97,15 +97,15 @@ def report(summary: Summary, threshold: float | None) -> list[str]:
     s = summary
     interval = "none of one episode"
     if s.interval:
-        interval = f"{_rounded(s.interval[0])} to {_rounded(s.interval[1])}  ({METHOD})"
+        interval = f"{rounded(s.interval[0])} to {rounded(s.interval[1])}  ({METHOD})"
     lines = [
-        f"  mean return          {_rounded(s.mean)}",
+        f"  mean return          {rounded(s.mean)}",
         f"  95 % confidence      {interval}",
-        f"  median               {_rounded(s.median)}",
-        f"  standard deviation   {_rounded(s.standard_deviation)}",
-        f"  least, most          {_rounded(s.least)}, {_rounded(s.most)}",
-        f"  length [steps]       mean {_rounded(s.length_mean)}, median "
-        f"{_rounded(s.length_median, 0)}, {s.length_least} to {s.length_most}",
+        f"  median               {rounded(s.median)}",
+        f"  standard deviation   {rounded(s.standard_deviation)}",
+        f"  least, most          {rounded(s.least)}, {rounded(s.most)}",
+        f"  length [steps]       mean {rounded(s.length_mean)}, median "
+        f"{rounded(s.length_median, 0)}, {s.length_least} to {s.length_most}",
     ]
     if s.passes is not None:
         lines.append(f"  return >= {threshold:<10g} {s.passes:.1%} of the episodes")
@@ -130,6 +130,13 @@ def write_json(
     path: Path, head: dict[str, Any], summary: Summary, episodes: Sequence[Episode]
 ) -> None:
     """Writes `head`, the summary, the interval's method, and the episodes under ``outcomes``."""
+    outcomes = outcomes_of(episodes)
+    fields = {**head, **summary._asdict(), "interval_method": METHOD, "outcomes": outcomes}
+    path.write_text(json.dumps(fields, indent=1) + "\n")
+
+
+def outcomes_of(episodes: Iterable[Episode]) -> list[dict[str, Any]]:
+    """Returns the fields of episodes that the JSON has."""
     outcomes = []
     for episode in episodes:
         outcome = dataclasses.asdict(episode)
@@ -138,8 +145,7 @@ def write_json(
             del outcome["world"]
         outcome["return"] = outcome.pop("episode_return")
         outcomes.append(outcome)
-    fields = {**head, **summary._asdict(), "interval_method": METHOD, "outcomes": outcomes}
-    path.write_text(json.dumps(fields, indent=1) + "\n")
+    return outcomes
 
 
 class Table:
@@ -151,14 +157,22 @@ class Table:
         File to overwrite. If it is not seekable, such as a pipe, `finish` writes all lines.
     info_names, world_names
         Columns besides those of every walker: of infos, and of the parameters of the world.
+    world_of
+        Returns an episode's text for a first column ``world``; None: there is no such column.
     """
 
     def __init__(
-        self, path: Path, info_names: Sequence[str], world_names: Sequence[str] = ()
+        self,
+        path: Path,
+        info_names: Sequence[str],
+        world_names: Sequence[str] = (),
+        world_of: Callable[[Episode], str] | None = None,
     ) -> None:
         self._info_names, self._world_names = info_names, world_names
+        self._world_of = world_of
         self._file = path.open("wb")
-        self._head = _line([*FIELDS, *info_names, *world_names, "error"])
+        first = ["world"] if world_of else []
+        self._head = _line([*first, *FIELDS, *info_names, *world_names, "error"])
         self._append(self._head)
 
     def add(self, episode: Episode) -> None:
@@ -182,7 +196,8 @@ class Table:
         world = [episode.world.get(name, "") for name in self._world_names]
         outcome = (episode.terminated, episode.truncated, episode.end)
         row = (episode.seed, episode.episode_return, episode.length, *outcome)
-        return _line([*row, *info, *world, episode.error])
+        first = [self._world_of(episode)] if self._world_of else []
+        return _line([*first, *row, *info, *world, episode.error])
 
 
 def _line(row: Sequence[object]) -> bytes:
@@ -191,7 +206,7 @@ def _line(row: Sequence[object]) -> bytes:
     return text.getvalue().encode()
 
 
-def _figure(**keywords: Any) -> Any:
+def make_figure(**keywords: Any) -> Any:
     """Makes a matplotlib figure without pyplot, i.e. without global state or a display."""
     try:
         return importlib.import_module("matplotlib.figure").Figure(**keywords)
@@ -201,7 +216,7 @@ def _figure(**keywords: Any) -> Any:
 
 def check_format(path: Path) -> None:
     """Raises InputError if matplotlib cannot write this file format."""
-    formats = sorted(_figure().canvas.get_supported_filetypes())
+    formats = sorted(make_figure().canvas.get_supported_filetypes())
     if path.suffix[1:] not in formats:
         raise InputError(f"--plot {path}: must end in .{', .'.join(formats)}")
 
@@ -214,7 +229,7 @@ def write_plot(
     threshold: float | None,
 ) -> None:
     """Plots returns in the order of the seeds, and beside it their histogram."""
-    figure = _figure(figsize=(10, 4.5), layout="constrained")
+    figure = make_figure(figsize=(10, 4.5), layout="constrained")
     by_seed, spread = figure.subplots(1, 2, sharey=True, width_ratios=[2, 1])
     figure.suptitle(title, fontsize="medium")
     returns = np.array([episode.episode_return for episode in episodes])

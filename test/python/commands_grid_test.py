@@ -1,0 +1,324 @@
+"""evaluate --grid, several worlds and --worst."""
+
+import csv
+import json
+import pathlib
+import re
+import shlex
+
+import numpy as np
+import pytest
+from walker_sim import episode_player, worlds
+from walker_sim.commands import grid, options, results
+from walker_sim.commands.policies import shipped_policy
+
+PUSHES = ["--grid", "push_impulse=0:20:10"]
+DELAYS = ["--grid", "action_delay=0,0.02"]
+SHIPPED = ["BipedalWalker-v3", "--policy", "shipped"]
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("0:40:10", [0, 10, 20, 30, 40]),
+        ("0:0.06:0.02", [0, 0.02, 0.04, 0.06]),
+        ("0:0.3:0.1", [0, 0.1, 0.2, 0.3]),  # 0.1 + 0.1 + 0.1 is another number
+        ("0:1:0.3", [0, 0.3, 0.6, 0.9]),
+        ("-12:-8:2", [-12, -10, -8]),
+        ("1:1:5", [1]),
+        ("5,1.5,1e1", [5, 1.5, 10]),
+        ("7", [7]),
+    ],
+)
+def test_values_of_an_axis(text, values):
+    assert grid.axis(f"gravity={text}") == ("gravity", tuple(values))
+
+
+@pytest.fixture
+def compare(command, tmp_path):
+    """Runs evaluate. Returns its output and its JSON."""
+
+    def run(*words):
+        file = tmp_path / "grid.json"
+        out = command("evaluate", *words, "--json", file).out
+        return out, json.loads(file.read_text())
+
+    return run
+
+
+def returns_of(fields):
+    return [outcome["return"] for outcome in fields["outcomes"]]
+
+
+def test_every_cell_plays_the_same_seeds(compare):
+    """Each cell's returns are those of the world alone, and the plain ones of Gymnasium's world."""
+    out, found = compare(*SHIPPED, *PUSHES, *DELAYS, "--seeds", "5,0:3")
+    interval = [1, 3]
+    expected = [(push, delay) for push in (0, 10, 20) for delay in (0, 0.02)]
+    assert [tuple(cell["values"].values()) for cell in found["cells"]] == expected
+    assert found["grid"] == {"push_impulse": [0, 10, 20], "action_delay": [0, 0.02]}
+    ranges = [
+        {"push_interval": interval, "push_impulse": 2 * [push], "action_delay": 2 * [delay]}
+        for push, delay in expected
+    ]
+    assert [cell["world"] for cell in found["cells"]] == ranges
+    played = episode_player.play_out(
+        "BipedalWalker-v3",
+        shipped_policy("BipedalWalker-v3"),
+        [5, 0, 1, 2],
+        worlds=[None, *ranges],
+    )
+    cells = [found["plain"], *found["cells"]]
+    assert np.array_equal([returns_of(cell) for cell in cells], played.returns[0])
+    assert returns_of(found["cells"][0]) == returns_of(found["plain"])  # no push, no delay
+    assert "push_interval is [1, 3] s, as in pushed" in out
+    for cell in found["cells"]:
+        differences = np.subtract(returns_of(cell), returns_of(found["plain"]))
+        assert cell["difference"] == np.mean(differences)
+        assert tuple(cell["difference_interval"]) == results.bootstrap_interval(differences)
+        assert cell["mean"] == np.mean(returns_of(cell))
+        ends = [outcome["end"] for outcome in cell["outcomes"]]
+        assert cell["fell"] == ends.count("fell") / 4
+
+
+def test_table(compare):
+    out, found = compare(*SHIPPED, *PUSHES, *DELAYS, "--episodes", 3, "--threshold", 300)
+    lines = out.splitlines()
+    assert lines[0] == "BipedalWalker-v3, policy shipped, 3 episodes in each of 7 worlds"
+    names = ["push_impulse [N s]", "action_delay [s]", "mean", "95 % interval", "fell", ">= 300"]
+    assert re.split("  +", lines[2].strip()) == [*names, "difference", "95 % interval"]
+    assert len({len(line) for line in lines[4:10]}) == 1
+    rows = [re.split("  +", line.strip()) for line in lines[3:10]]
+    assert rows[0][0] == "plain"
+    assert [row[:2] for row in rows[1:]] == [
+        [p, d] for p in ("0", "10", "20") for d in ("0", "0.02")
+    ]
+    for row, cell in zip(rows[1:], found["cells"]):
+        low, high = cell["interval"]
+        assert row[2:4] == [f"{cell['mean']:.1f}", f"{low:.1f} to {high:.1f}"]
+        assert row[4:7] == [f"{cell[n]:.1%}" for n in ("fell", "passes")] + [
+            f"{cell['difference']:+.1f}"
+        ]
+
+
+def test_worlds_are_rows(compare):
+    """The words of the walker may follow --world."""
+    words = ["--world", "slippery", "moon", "Hopper-v5", "reset_noise_scale=0.01"]
+    out, found = compare(*words, "--policy", "shipped", "--episodes", 4, "--grid", "dropout=0,0.3")
+    assert out.startswith(
+        "Hopper-v5 reset_noise_scale=0.01, policy shipped, 4 episodes in each of 5"
+    )
+    rows = [line.split()[:2] for line in out.splitlines()[4:8]]
+    assert rows == [[world, value] for world in ("slippery", "moon") for value in ("0", "0.3")]
+    assert [cell["base"] for cell in found["cells"]] == [row[0] for row in rows]
+    for cell in found["cells"]:
+        of_base = {name: list(range_) for name, range_ in worlds.read_world(cell["base"]).items()}
+        assert cell["world"] == {**of_base, "dropout": 2 * [cell["values"]["dropout"]]}
+    assert found["parameters"]["reset_noise_scale"] == "0.01"
+    alone, one = compare(*words, "--policy", "shipped", "--episodes", 4)
+    assert [cell["values"] for cell in one["cells"]] == [{}, {}]
+    assert [line.split()[0] for line in alone.splitlines()[2:6]] == [
+        *("world", "plain", "slippery", "moon")
+    ]
+
+
+@pytest.mark.parametrize("policy", ["heuristic", "random", "shipped"])
+def test_threads_and_num_envs_change_nothing(compare, policy):
+    words = ["Walker2d-v5", "--policy", policy, *PUSHES, "--episodes", 5, "--worst", 2]
+    first = compare(*words, "--num-envs", 1, "--num-threads", 1)
+    assert compare(*words, "--num-envs", 7, "--num-threads", 3) == first
+    of_no_push, *_, of_pushes = first[1]["cells"]
+    assert returns_of(of_no_push) == returns_of(first[1]["plain"])
+    if policy != "random":  # which falls before the first push
+        assert returns_of(of_pushes) != returns_of(first[1]["plain"])
+
+
+def test_a_network_equals_the_same_network_step_by_step(compare, monkeypatch):
+    from walker_sim.commands import evaluate
+
+    words = ["Walker2d-v5", "--policy", "shipped", *PUSHES, "--episodes", 3]
+    found = compare(*words)
+    calls = []
+    stepped = evaluate._stepped
+    monkeypatch.setattr(evaluate, "_stepped", lambda *given: calls.append(1) or stepped(*given))
+    monkeypatch.setattr(evaluate, "find_network", lambda *_: None)
+    assert compare(*words) == found
+    assert calls
+
+
+def test_the_docs_show_the_output(command):
+    page = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "cli.md").read_text("utf-8")
+    block = re.search(
+        r"^\$ .* walker_sim (evaluate .* --grid .*)\n((?:.*\n)*?)```", page, re.MULTILINE
+    )
+    assert command(*block[1].split()).out == block[2]
+
+
+def commands_of(out):
+    return [shlex.split(line) for line in out.splitlines() if line.startswith("    python3 ")]
+
+
+@pytest.mark.parametrize(
+    "walker",
+    [
+        [*SHIPPED, *DELAYS],
+        ["Walker2d-v5", "healthy_z_range=[0.7, 2]", "--policy", "shipped", *DELAYS],
+        ["Hopper-v5", "--policy", "random", *DELAYS, "--world", "noisy"],
+        ["BipedalWalker-v3", "--policy", "heuristic", "--world", "hard"],  # without a grid
+        ["BipedalWalker-v3", "--policy", "heuristic"],
+    ],
+)
+def test_the_worst_episodes_repeat(command, compare, pygame, monkeypatch, walker):
+    """`play` and `evaluate` with the printed words play the same episodes, to the bit."""
+    from walker_sim.commands import play
+
+    out, found = compare(*walker, "--episodes", 6, "--worst", 3)
+    cells = [found["plain"], *found["cells"]] if "cells" in found else [found]
+    least = sorted(value for cell in cells for value in returns_of(cell))[:3]
+    words = commands_of(out)
+    assert len(words) == 3
+
+    def run(viewer):
+        while not viewer.session.end:
+            viewer.session.step()
+        played.append(viewer.session.episode_return)
+
+    monkeypatch.setattr(play.Viewer, "run", run)
+    played, evaluated = [], []
+    for python, dash, package, name, *others in words:
+        assert (python, dash, package, name) == ("python3", "-m", "walker_sim", "play")
+        command("play", *others)
+        evaluated += returns_of(compare(*others)[1])
+    assert played == evaluated == least
+
+
+def test_csv(command, tmp_path):
+    file = tmp_path / "grid.csv"
+    words = [*SHIPPED, "--grid", "push_impulse=10,20", "--seeds", "3,1"]
+    command("evaluate", *words, "--csv", file)
+    with file.open(newline="") as text:
+        rows = list(csv.DictReader(text))
+    assert [row["world"] for row in rows[::2]] == [
+        "gymnasium",
+        "{push_impulse: 10.0, push_interval: [1.0, 3.0]}",
+        "{push_impulse: 20.0, push_interval: [1.0, 3.0]}",
+    ]
+    assert [row["seed"] for row in rows] == 3 * ["3", "1"]
+    assert [row["push_impulse"] for row in rows] == ["", "", "10.0", "10.0", "20.0", "20.0"]
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    made = []
+    make = results.make_figure
+    monkeypatch.setattr(results, "make_figure", lambda **k: made.append(make(**k)) or made[-1])
+    return made
+
+
+@pytest.mark.parametrize("number_of_worlds", [1, 2])
+def test_heat_map(compare, tmp_path, figures, number_of_worlds):
+    file = tmp_path / "grid.png"
+    words = ["--world", *["pushed", "slippery"][:number_of_worlds]]
+    _, found = compare(*SHIPPED, *PUSHES, *DELAYS, *words, "--episodes", 2, "--plot", file)
+    assert file.read_bytes().startswith(b"\x89PNG")
+    maps = figures[-1].axes[:number_of_worlds]
+    drawn = np.concatenate([axes.images[0].get_array().data.ravel() for axes in maps])
+    assert drawn.tolist() == [cell["mean"] for cell in found["cells"]]
+    assert [text.get_text() for text in maps[0].get_xticklabels()] == ["0", "0.02"]
+    assert [text.get_text() for text in maps[0].get_yticklabels()] == ["0", "10", "20"]
+    texts = [text.get_text() for axes in maps for text in axes.texts]
+    assert texts == [f"{cell['mean']:.0f}\n{cell['fell']:.0%}" for cell in found["cells"]]
+
+
+def test_rows_and_one_axis_are_a_heat_map(compare, tmp_path, figures):
+    words = [*SHIPPED, *PUSHES, "--world", "pushed", "slippery", "--episodes", 2]
+    _, found = compare(*words, "--plot", tmp_path / "grid.svg")
+    drawn = figures[-1].axes[0].images[0].get_array().data
+    assert drawn.shape == (2, 3)
+    assert drawn.ravel().tolist() == [cell["mean"] for cell in found["cells"]]
+
+
+@pytest.mark.parametrize(
+    "words", [["--grid", "gravity=-8,-12,-10"], ["--world", "slippery", "moon", "pushed"]]
+)
+def test_one_axis_is_a_line(compare, tmp_path, figures, words):
+    _, found = compare(*SHIPPED, *words, "--episodes", 2, "--plot", tmp_path / "grid.pdf")
+    line = figures[-1].axes[0].lines[1]
+    means = [cell["mean"] for cell in found["cells"]]
+    if "--grid" in words:
+        assert line.get_xdata().tolist() == [-12, -10, -8]
+        means = [means[index] for index in (1, 2, 0)]
+    assert line.get_ydata().tolist() == means
+
+
+def test_one_seed_has_no_intervals(compare):
+    out, found = compare(*SHIPPED, "--grid", "gravity=-9", "--episodes", 1)
+    assert found["cells"][0]["difference_interval"] is None
+    assert out.splitlines()[4].split()[2] == "-"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--grid push_impulse", "push_impulse: must be NAME=FIRST:END:STEP or NAME=VALUE"),
+        ("--grid gravity=", "gravity=: must be NAME="),
+        ("--grid gravity=-9:-7", "gravity=-9:-7: must be NAME="),
+        ("--grid gravity=nan", "gravity=nan: must be NAME="),
+        ("--grid gravity=1,,2", "gravity=1,,2: must be NAME="),
+        ("--grid gravity=-7:-9:1", "gravity=-7:-9:1: must ascend from FIRST to END"),
+        ("--grid gravity=-9:-7:0", "with STEP above 0"),
+        ("--grid gravity=-9:-7:1e-99999999", "with STEP above 0"),
+        ("--grid gravity=-9:-7:1e-9", "must be at most 1000 values"),
+        ("--grid gravity=-9,-8,-9.0", "must have the value -9 once"),
+        ("--grid gravity=-1e999", "gravity = -.inf: must be finite, in [-30.0, 0.0]"),
+        ("--grid gravity=-9 --grid gravity=-8", "--grid gravity: given twice"),
+        ("--grid gravity=1 --grid dropout=0 --grid friction_scale=1", "at most 2 times"),
+        ("--grid gravity=-31:-29:1", "gravity = -31.0: must be in [-30.0, 0.0] m/s^2"),
+        ("--grid gravty=1", "world parameter gravty = 1.0: unknown"),
+        ("--grid stair_steps=1.5", "stair_steps = 1.5: must be a whole number"),
+        ("--grid obstacle_spacing=1,2", "obstacle_spacing"),
+        ("--grid push_impulse=10,61", "push_impulse = 61.0: must be in [0.0, 60.0] N s"),
+        ("--grid action_delay=0.001", "action_delay = 0.001 s: is shorter than half a step"),
+        ("--policy shipped --grid action_delay=0.001", "is shorter than half a step"),
+        ("--world moon moon", "--world moon: given twice"),
+        ("--world moon mars", "world mars, neither a preset nor a readable YAML file"),
+        ("--world moon mars --grid gravity=-9", "world mars, neither a preset"),
+        ("--world moon BipedalWalker-v9", "world BipedalWalker-v9, neither a preset nor"),
+        ("--grid gravity=-9:-1:1 --episodes 111112", "1,111,120 episodes"),
+        ("--grid gravity=-9 reuse_world=true", "reuse_world=true: must be false with several"),
+        ("--worst 1 reuse_world=true", "reuse_world=true: must be false with --worst"),
+        ("--worst 0", "--worst: 0: must be a whole number above 0"),
+        ("--grid gravity=-9 --plot grid.xyz", "--plot grid.xyz: must end in ."),
+    ],
+)
+def test_one_line_names_what_is_wrong(command, words, message):
+    ended = command("evaluate", "BipedalWalker-v3", *words.split(), status=2)
+    assert ended.out == ""
+    assert message in ended.err
+
+
+def test_a_delay_that_is_too_short_is_the_worlds_fault(command):
+    given = ["--policy", "shipped", "--world", "{action_delay: 0.001}"]
+    assert "is shorter than half a step" in command("evaluate", "Hopper-v5", *given, status=2).err
+
+
+def test_pushes_are_added_only_where_they_are_missing():
+    axes = [grid.axis("push_impulse=5")]
+
+    def intervals(*rows):
+        made = grid.make_grid("Hopper-v5", rows, axes, 1)
+        return [cell.world["push_interval"] for cell in made.cells], made.note
+
+    assert intervals("moon", "{push_interval: 2}") == (
+        [(1, 3), (2, 2)],
+        "push_interval is [1, 3] s, as in pushed (moon)",
+    )
+    assert intervals("pushed") == ([(1, 3)], "")
+    axes.append(grid.axis("push_interval=4"))
+    assert intervals() == ([(4, 4)], "")
+
+
+def test_number_of_episodes_is_limited():
+    with pytest.raises(options.InputError, match="1,000,001 episodes, 1 in each world"):
+        axes = [grid.Axis(name, (0.0,) * 1000) for name in ("gravity", "dropout")]
+        grid.make_grid("Hopper-v5", [], axes, 1)
