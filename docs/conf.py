@@ -53,7 +53,8 @@ html_css_files = ["site.css"]
 
 # What README has no room for: the order of the pages.
 TREE = {
-    "Use": "ros_guide ros_interface python cli worlds training policies robustness custom_model install",
+    "Use": "ros_guide ros_interface python cli worlds training policies robustness custom_model "
+    "install",
     "Policies that come along": " ".join(
         f"policies/{path.stem}" for path in sorted((ROOT / "docs/policies").glob("*.md"))
     ),
