@@ -158,7 +158,7 @@ def main():
         activation=settings.activation,
         steps=last.steps,
         first=FIRST_CHOICE_SEED,
-        last=FIRST_CHOICE_SEED + settings.evaluation_episodes - 1,
+        last=FIRST_CHOICE_SEED + stages[-1].evaluation_episodes - 1,
         chosen=int(notes["steps"]),
         minutes=last.seconds / 60,
         machine=arguments.on,

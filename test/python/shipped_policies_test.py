@@ -18,12 +18,12 @@ from walker_sim.training.settings import read_settings
 ROOT = pathlib.Path(__file__).parents[2]
 IDS = (*BIPEDAL_WALKERS, *MUJOCO_WALKERS)
 MIN_MEAN_RETURN = {
-    "BipedalWalker-v3": 300,
-    "BipedalWalkerHardcore-v3": 200,
-    "Walker2d-v4": 5000,
-    "Walker2d-v5": 5000,
-    "Hopper-v4": 3000,
-    "Hopper-v5": 3000,
+    "BipedalWalker-v3": 338,
+    "BipedalWalkerHardcore-v3": 290,
+    "Walker2d-v4": 7900,
+    "Walker2d-v5": 8000,
+    "Hopper-v4": 3500,
+    "Hopper-v5": 3500,
 }
 MAX_SIZE = 1_000_000  # [bytes]
 
