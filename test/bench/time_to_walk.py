@@ -29,7 +29,7 @@ def main():
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--return", type=float, required=True, dest="least")
     arguments = parser.parse_args()
-    settings = read_settings(settings_file(arguments.env))
+    settings = read_settings(settings_file(f"{arguments.env}-quick"))
     settings = dataclasses.replace(
         settings,
         seed=arguments.seed,
