@@ -24,7 +24,7 @@ constexpr std::size_t kMaxThreads = 1024;
 constexpr double kMaxRealTimeFactor = 1000;
 
 constexpr std::uint32_t kMaxRecordedSteps = 1000000;
-constexpr std::size_t kMaxRecordedPushes = 1000000;
+constexpr std::size_t kMaxRecordedPushes = 100000;
 constexpr std::size_t kPushBytes = 2 * sizeof(std::uint32_t) + 3 * sizeof(double);  // Push.msg
 
 /// Limit of each component of a push by hand, far above any weight [N, N m].
