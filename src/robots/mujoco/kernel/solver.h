@@ -137,7 +137,7 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
   }
 
   /// HessianDirect: factors the sum of the inertia and the active rows' terms.
-  void make_hessian() {
+  WALKER_SIM_INLINE void make_hessian() {
     const V zero = 0.0;
     unrolled<kTriangle>([&](auto i) WALKER_SIM_INLINE { hessian_[i] = 0.0; });
     for (int k = 0; k < rows_.num_limits; ++k) {
@@ -246,12 +246,16 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
       });
       ++slot_before;
     });
-    if (!any(failed)) return;
+    if (any(failed)) factor_from_scratch(failed);
+  }
+
+  /// Not inlined, because it is rare and would slow down the other iterations.
+  __attribute__((noinline, cold)) void factor_from_scratch(Mask<W> lanes) {
     V updated[kTriangle];
     std::copy_n(hessian_, kTriangle, updated);
     make_hessian();
     unrolled<kTriangle>(
-        [&](auto i) WALKER_SIM_INLINE { hessian_[i] = select(failed, hessian_[i], updated[i]); });
+        [&](auto i) WALKER_SIM_INLINE { hessian_[i] = select(lanes, hessian_[i], updated[i]); });
   }
 
   /// CGsearch. @param Mv receives the inertia times the search direction
