@@ -228,9 +228,9 @@ class Table {
       for (std::size_t i = 0; i < count; ++i) {
         const Seat& seat = *seats[begin + i];
         steps[i] = {seat.episode.get(), nullptr, {}};
-        if (jobs == nullptr) {
+        if (actions != nullptr) {
           steps[i].action = actions + (begin + i) * action_size;
-        } else {
+        } else if (jobs != nullptr) {
           steps[i].seed = (*jobs)[seat.job].seed;
         }
       }

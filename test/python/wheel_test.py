@@ -66,7 +66,8 @@ def test_policies_and_settings():
     ids = sorted(_core.ids())
     share = SITE / "walker_sim/share"
     for folder, ending in (("assets/policies", ".safetensors"), ("config/training", ".yaml")):
-        assert sorted(path.name for path in (share / folder).iterdir()) == [
+        names = {path.name for path in (share / folder).iterdir()}
+        assert sorted(names - {"BipedalWalker-v3-quick.yaml"}) == [
             env_id + ending for env_id in ids
         ]
     for env_id in ids:
