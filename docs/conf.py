@@ -28,7 +28,7 @@ include_patterns = [
     "examples/*.md",
     "examples/*/*.md",
 ]
-exclude_patterns = ["build", "devel", ".*"]
+exclude_patterns = ["SECURITY.md", "build", "devel", ".*"]
 root_doc = "README"
 
 myst_heading_anchors = 3

@@ -12,7 +12,7 @@ from walker_sim import _core, arguments
 from walker_sim.registration import without_namespace
 from walker_sim.worlds import AnyWorld, World, to_world
 
-AnyPolicy = Union[str, "os.PathLike[str]", bytes, _core.Policy]
+AnyPolicy = Union[str, "os.PathLike[str]", bytes, "_core.Policy"]
 """A policy's file, or its content."""
 
 
