@@ -70,7 +70,8 @@ class WALKER_SIM_EXPORT EpisodePlayer {
   /// The options with defaults filled in: no number is 0.
   const EpisodePlayerOptions& options() const;
 
-  /// Plays every job. What `receive` throws ends the call, as do these:
+  /// Checks policies and worlds, then plays every job. What `receive` throws ends the call, as do
+  /// these:
   /// @param worlds  empty: Gymnasium's world for every job
   /// @param receive called for each job once, in the order in which the episodes end
   /// @throws std::invalid_argument naming the job whose policy or world does not exist, PolicyError

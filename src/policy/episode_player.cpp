@@ -40,7 +40,7 @@ class Call {
   std::vector<const Forward*> networks;                     // by policy
   std::vector<std::shared_ptr<const CheckedWorld>> worlds;  // null: Gymnasium's
 
-  /// Returns the next job that no thread has begun; nullopt: there is none.
+  /// Returns the index of the next job; nullopt if all have begun or the call is ending.
   std::optional<std::size_t> take_job() {
     if (is_stopping_ || next_job_ >= jobs.size()) return std::nullopt;
     const std::size_t job = next_job_++;
@@ -94,16 +94,16 @@ class Call {
 };
 
 /// The environments of one thread, and the episodes that it is playing.
-class Table {
+class Worker {
  public:
-  explicit Table(bool sums_observations) : sums_observations_(sums_observations) {}
+  explicit Worker(bool sums_observations) : sums_observations_(sums_observations) {}
 
-  std::size_t num_envs() const { return seats_.size(); }
-  const Specification& specification() const { return seats_.front()->episode->specification(); }
+  std::size_t num_envs() const { return slots_.size(); }
+  const Specification& specification() const { return slots_.front()->episode->specification(); }
 
   void add(std::unique_ptr<Episode> episode) {
-    seats_.push_back(std::make_unique<Seat>());
-    seats_.back()->episode = std::move(episode);
+    slots_.push_back(std::make_unique<Slot>());
+    slots_.back()->episode = std::move(episode);
   }
 
   /// Plays until no job is left, or the call ends early.
@@ -112,12 +112,15 @@ class Table {
   void play(Call& call, AfterStep after_step) {
     playing_.clear();
     free_.clear();
-    for (const std::unique_ptr<Seat>& seat : seats_) free_.push_back(seat.get());
+    for (const std::unique_ptr<Slot>& slot : slots_) free_.push_back(slot.get());
+    const std::size_t action_size = specification().action_size();
     while (begin_episodes(call), !playing_.empty() && !call.is_stopping()) {
       act(call);
-      step_together(playing_, actions_.data());
+      step_together(playing_, [this, action_size](std::size_t i) {
+        return Episode::GroupStep{playing_[i]->episode.get(), &actions_[i * action_size]};
+      });
       const auto ended = std::stable_partition(playing_.begin(), playing_.end(), is_running);
-      std::for_each(ended, playing_.end(), [&](Seat* seat) { leave(*seat, call); });
+      std::for_each(ended, playing_.end(), [&](Slot* slot) { conclude(*slot, call); });
       playing_.erase(ended, playing_.end());
       after_step();
     }
@@ -125,56 +128,58 @@ class Table {
 
  private:
   /// An environment and its present job.
-  struct Seat {
+  struct Slot {
     std::unique_ptr<Episode> episode;
     std::size_t job = 0;
     const Forward* network = nullptr;
     PlayedEpisode outcome;  // only the sums, until the episode ends
   };
 
-  static bool is_running(const Seat* seat) { return !seat->episode->state().has_ended(); }
+  static bool is_running(const Slot* slot) { return !slot->episode->state().has_ended(); }
 
   /// Gives jobs to free environments. One whose reset fails is free again.
   void begin_episodes(Call& call) {
     bool has_begun = false;
     while (!free_.empty()) {
-      std::vector<Seat*> begun;
+      std::vector<Slot*> begun;
       while (!free_.empty()) {
         const std::optional<std::size_t> job = call.take_job();
         if (!job) break;
         begun.push_back(free_.back());
         free_.pop_back();
-        sit(*begun.back(), *job, call);
+        assign(*begun.back(), *job, call);
       }
       if (begun.empty()) break;
-      step_together(begun, nullptr, &call.jobs);
-      for (Seat* seat : begun) {
-        if (is_running(seat)) {
-          playing_.push_back(seat);
+      step_together(begun, [&](std::size_t i) {
+        return Episode::GroupStep{begun[i]->episode.get(), nullptr, call.jobs[begun[i]->job].seed};
+      });
+      for (Slot* slot : begun) {
+        if (is_running(slot)) {
+          playing_.push_back(slot);
         } else {
-          leave(*seat, call);
+          conclude(*slot, call);
         }
       }
       has_begun = true;
     }
     if (!has_begun) return;
     // Rows of the same network are computed together.
-    std::stable_sort(playing_.begin(), playing_.end(), [](const Seat* one, const Seat* other) {
+    std::stable_sort(playing_.begin(), playing_.end(), [](const Slot* one, const Slot* other) {
       return std::less<>()(one->network, other->network);
     });
   }
 
-  void sit(Seat& seat, std::size_t index, const Call& call) {
+  void assign(Slot& slot, std::size_t index, const Call& call) {
     const EpisodeJob& job = call.jobs[index];
-    seat.job = index;
-    seat.network = call.networks[job.policy];
-    seat.outcome = {};
+    slot.job = index;
+    slot.network = call.networks[job.policy];
+    slot.outcome = {};
     if (sums_observations_) {
       const std::size_t size = specification().observation_size();
-      seat.outcome.observation_sums.resize(size);
-      seat.outcome.observation_squares.resize(size);
+      slot.outcome.observation_sums.resize(size);
+      slot.outcome.observation_squares.resize(size);
     }
-    seat.episode->set_world(call.worlds.empty() ? nullptr : call.worlds[job.world]);
+    slot.episode->set_world(call.worlds.empty() ? nullptr : call.worlds[job.world]);
   }
 
   /// Computes the actions of all episodes that are being played.
@@ -185,11 +190,11 @@ class Table {
     observations_.resize(playing_.size() * observation_size);
     actions_.resize(playing_.size() * action_size);
     double* row = observations_.data();
-    for (Seat* seat : playing_) {
-      for (const double value : seat->episode->state().observation) {
+    for (Slot* slot : playing_) {
+      for (const double value : slot->episode->state().observation) {
         *row++ = is_single ? static_cast<float>(value) : value;
       }
-      if (sums_observations_) add_observation(row - observation_size, seat->outcome);
+      if (sums_observations_) add_observation(row - observation_size, slot->outcome);
     }
     for (std::size_t begin = 0, end = 0; begin < playing_.size(); begin = end) {
       const Forward& network = *playing_[begin]->network;
@@ -202,11 +207,11 @@ class Table {
     const auto wrong = std::find_if(actions_.begin(), actions_.end(),
                                     [](double action) { return !std::isfinite(action); });
     if (wrong == actions_.end()) return;
-    const Seat& seat = *playing_[static_cast<std::size_t>(wrong - actions_.begin()) / action_size];
-    const EpisodeJob& job = call.jobs[seat.job];
+    const Slot& slot = *playing_[static_cast<std::size_t>(wrong - actions_.begin()) / action_size];
+    const EpisodeJob& job = call.jobs[slot.job];
     throw PolicyError("policy " + std::to_string(job.policy) + ", seed " +
                       std::to_string(job.seed) + ": action " + std::to_string(*wrong) +
-                      " in step " + std::to_string(seat.episode->state().step + 1) +
+                      " in step " + std::to_string(slot.episode->state().step + 1) +
                       ": must be finite");
   }
 
@@ -217,31 +222,23 @@ class Table {
     }
   }
 
-  /// @param actions a row per seat; null: resets with the seeds of the jobs
-  static void step_together(const std::vector<Seat*>& seats, const double* actions,
-                            const std::vector<EpisodeJob>* jobs = nullptr) {
-    const std::size_t group_size = seats.front()->episode->group_size();
-    const std::size_t action_size = seats.front()->episode->specification().action_size();
+  /// Steps or resets the environments of slots.
+  /// @param step_of returns the step of the slot at an index
+  template <typename StepOf>
+  static void step_together(const std::vector<Slot*>& slots, StepOf step_of) {
+    const std::size_t group_size = slots.front()->episode->group_size();
     std::array<Episode::GroupStep, kMaxGroupSize> steps;
-    for (std::size_t begin = 0; begin < seats.size(); begin += group_size) {
-      const std::size_t count = std::min(group_size, seats.size() - begin);
-      for (std::size_t i = 0; i < count; ++i) {
-        const Seat& seat = *seats[begin + i];
-        steps[i] = {seat.episode.get(), nullptr, {}};
-        if (actions != nullptr) {
-          steps[i].action = actions + (begin + i) * action_size;
-        } else if (jobs != nullptr) {
-          steps[i].seed = (*jobs)[seat.job].seed;
-        }
-      }
+    for (std::size_t begin = 0; begin < slots.size(); begin += group_size) {
+      const std::size_t count = std::min(group_size, slots.size() - begin);
+      for (std::size_t i = 0; i < count; ++i) steps[i] = step_of(begin + i);
       Episode::step_group(steps.data(), count);
     }
   }
 
   /// Reports the outcome of an episode that has ended, and frees its environment.
-  void leave(Seat& seat, Call& call) {
-    const EpisodeState& state = seat.episode->state();
-    PlayedEpisode& outcome = seat.outcome;
+  void conclude(Slot& slot, Call& call) {
+    const EpisodeState& state = slot.episode->state();
+    PlayedEpisode& outcome = slot.outcome;
     outcome.episode_return = state.episode_return;
     outcome.length = state.step;
     outcome.terminated = state.terminated;
@@ -251,14 +248,14 @@ class Table {
     outcome.error = state.error;
     outcome.info = state.info;
     outcome.world = state.world_values();
-    call.finish(seat.job, std::move(outcome));
-    free_.push_back(&seat);
+    call.finish(slot.job, std::move(outcome));
+    free_.push_back(&slot);
   }
 
   bool sums_observations_;
-  std::vector<std::unique_ptr<Seat>> seats_;
-  std::vector<Seat*> playing_;  // in the order of their networks
-  std::vector<Seat*> free_;
+  std::vector<std::unique_ptr<Slot>> slots_;
+  std::vector<Slot*> playing_;  // in the order of their networks
+  std::vector<Slot*> free_;
   std::vector<double> observations_;  // a row for each that is playing
   std::vector<double> actions_;       // likewise
   std::optional<Scratch> scratch_;
@@ -285,10 +282,10 @@ struct EpisodePlayer::Implementation {
     if (options.num_envs == 0) options.num_envs = kEnvsPerThread * options.num_threads;
     options.num_threads = std::min(options.num_threads, options.num_envs);
     for (std::size_t i = 0; i < options.num_threads; ++i) {
-      tables.emplace_back(options.sums_observations);
+      workers.emplace_back(options.sums_observations);
     }
-    tables[0].add(make_one());
-    if (!tables[0].specification().episodes_are_independent) {
+    workers[0].add(make_one());
+    if (!workers[0].specification().episodes_are_independent) {
       throw std::invalid_argument("reuse_world = true: an episode would depend on those before it");
     }
   }
@@ -301,19 +298,19 @@ struct EpisodePlayer::Implementation {
   /// Makes the environments that `num_jobs` need.
   /// @return number of threads that play
   std::size_t prepare(std::size_t num_jobs) {
-    const std::size_t num_threads = std::min(tables.size(), num_jobs);
+    const std::size_t num_threads = std::min(workers.size(), num_jobs);
     if (num_threads == 0) return 0;
     const std::size_t num_envs = std::min(options.num_envs, num_jobs);
     for (std::size_t i = 0; i < num_threads; ++i) {
       const std::size_t share = num_envs * (i + 1) / num_threads - num_envs * i / num_threads;
-      while (tables[i].num_envs() < share) tables[i].add(make_one());
+      while (workers[i].num_envs() < share) workers[i].add(make_one());
     }
     return num_threads;
   }
 
   std::function<std::unique_ptr<Environment>()> make;
   EpisodePlayerOptions options;
-  std::vector<Table> tables;  // by thread
+  std::vector<Worker> workers;  // by thread
 };
 
 EpisodePlayer::EpisodePlayer(std::function<std::unique_ptr<Environment>()> make,
@@ -323,7 +320,7 @@ EpisodePlayer::EpisodePlayer(std::function<std::unique_ptr<Environment>()> make,
 EpisodePlayer::~EpisodePlayer() = default;
 
 const Specification& EpisodePlayer::specification() const {
-  return implementation_->tables[0].specification();
+  return implementation_->workers[0].specification();
 }
 
 const EpisodePlayerOptions& EpisodePlayer::options() const { return implementation_->options; }
@@ -338,9 +335,9 @@ void EpisodePlayer::play(const std::vector<const Policy*>& policies,
   const std::size_t num_threads = implementation_->prepare(jobs.size());
   if (num_threads == 0) return;
   Call call(policies, jobs, std::move(checked));
-  const auto play_at = [&call](Table& table, const auto& after_step) {
+  const auto run = [&call](Worker& worker, const auto& after_step) {
     try {
-      table.play(call, after_step);
+      worker.play(call, after_step);
     } catch (...) {
       call.fail();
     }
@@ -348,10 +345,9 @@ void EpisodePlayer::play(const std::vector<const Policy*>& policies,
   std::vector<std::thread> threads;
   try {
     for (std::size_t i = 1; i < num_threads; ++i) {
-      threads.emplace_back([&, i] { play_at(implementation_->tables[i], [] {}); });
+      threads.emplace_back([&, i] { run(implementation_->workers[i], [] {}); });
     }
-    play_at(implementation_->tables[0],
-            [&] { call.deliver(receive, std::chrono::milliseconds(0)); });
+    run(implementation_->workers[0], [&] { call.deliver(receive, std::chrono::milliseconds(0)); });
     // A signal that ends the call must not wait for the episodes of other threads.
     while (!call.is_done()) call.deliver(receive, std::chrono::milliseconds(50));
   } catch (...) {
