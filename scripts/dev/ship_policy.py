@@ -73,7 +73,7 @@ def evaluate(env_id):
 
 
 def draw_gait(env_id, path):
-    """Draws one second of the shipped policy's episode as pictures side by side."""
+    """Draws SECONDS of the shipped policy's episode as pictures side by side."""
     camera = {} if env_id.startswith("Bipedal") else {"camera_name": "track"}
     environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array", **camera)
     policy = _core.Policy(str(shipped_policy(env_id)))

@@ -76,12 +76,12 @@ class Evolution(Stage):
         candidates = self._optimiser.ask(random, progress)
         networks = [self._network.with_parameters(candidate) for candidate in candidates]
         first_seed = FIRST_TRAINING_SEED + (settings.seed << 20) + (self.index << 36)
+        num_groups = 1 if settings.common_seeds else len(candidates) // 2  # with seeds of their own
         jobs = []
         for index in range(len(candidates)):
-            group = 0 if settings.common_seeds else index // 2
-            number = self._updates * (1 if settings.common_seeds else len(candidates) // 2) + group
-            seeds = first_seed + number * settings.episodes
-            jobs += [(index, seeds + episode, 0) for episode in range(settings.episodes)]
+            group = self._updates * num_groups + index // 2 % num_groups
+            for offset in range(settings.episodes):
+                jobs.append((index, first_seed + group * settings.episodes + offset, 0))
         episodes = play_jobs(self._player, networks, [dict(settings.world)], jobs)
         returns = np.array([episode.episode_return for episode in episodes])
         returns = returns.reshape(len(candidates), settings.episodes)
@@ -150,11 +150,11 @@ class Evolution(Stage):
             )
             if settings.layers is not None:
                 start.layers = _fitted(start, sizes, random)
-            start.env_id, start.parameters = self.env_id, self._parameter_texts()
+            start.env_id, start.parameters = self.env_id, self.parameter_texts
             return start
         return PolicyFile(
             env_id=self.env_id,
-            parameters=self._parameter_texts(),
+            parameters=self.parameter_texts,
             activation=settings.activation,
             output="clip",
             mean=np.zeros(sizes[0]),
@@ -163,9 +163,6 @@ class Evolution(Stage):
             high=high,
             layers=_fitted(None, sizes, random),
         )
-
-    def _parameter_texts(self) -> dict[str, str]:
-        return {name: str(value) for name, value in self.goal.parameters.items()}
 
     def _normalise(self) -> None:
         """Sets the mean and deviation of all observations so far."""

@@ -101,7 +101,7 @@ class Training(Stage):
         settings, walkers = self.settings, self.walkers
         return PolicyFile(
             env_id=self.env_id,
-            parameters={name: str(value) for name, value in self.goal.parameters.items()},
+            parameters=self.parameter_texts,
             activation=settings.activation,
             output="clip" if settings.algorithm == "ppo" else "tanh",
             mean=walkers.obs_rms.mean,

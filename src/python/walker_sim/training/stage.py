@@ -20,6 +20,7 @@ from walker_sim.training.policy_file import PolicyFile, to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
+STATE = "state.json"  # in the checkpoint
 CURVE, PICTURE = "curve.csv", "curve.png"
 FIRST_TRAINING_SEED = 1 << 40
 """Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
@@ -77,7 +78,7 @@ class Stage(ABC):
         self._began = 0.0
         self._evaluating = 0.0  # time spent evaluating, minus the checkpoint's `seconds` [s]
         if index > 0:
-            state = self._read_state()
+            state = read_state(folder)
             self._continue(state)
             self._steps_before = state["steps"]
             self.best = -np.inf  # the stage begins with an evaluation of the policy until here
@@ -123,6 +124,11 @@ class Stage(ABC):
     def is_done(self) -> bool:
         return self.steps >= self.settings.steps
 
+    @property
+    def parameter_texts(self) -> dict[str, str]:
+        """The environment's parameters that the training aims at, for the policy's file."""
+        return {name: str(value) for name, value in self.goal.parameters.items()}
+
     def notes(self) -> dict[str, str]:
         """Returns the metadata of the policy."""
         world = self.settings.world
@@ -136,13 +142,10 @@ class Stage(ABC):
 
     def resume(self) -> None:
         """Restores the folder's checkpoint; OSError if none. Walkers begin new episodes."""
-        state = self._read_state()
+        state = read_state(self.folder)
         self._continue(state)
         self._steps_before = state["steps_before"]
         self.load(self.folder / CHECKPOINT)
-
-    def _read_state(self) -> dict[str, Any]:
-        return dict(json.loads((self.folder / CHECKPOINT / "state.json").read_text()))
 
     def _continue(self, state: dict[str, Any]) -> None:
         self.points = read_curve(self.folder / CURVE) if (self.folder / CURVE).exists() else []
@@ -206,7 +209,7 @@ class Stage(ABC):
             "seconds": self.seconds,
             "best": self.best,
         }
-        (unfinished / "state.json").write_text(json.dumps(state, indent=1) + "\n")
+        (unfinished / STATE).write_text(json.dumps(state, indent=1) + "\n")
         old = self.folder / f"{CHECKPOINT}.old"
         shutil.rmtree(old, ignore_errors=True)
         if folder.exists():
@@ -216,3 +219,10 @@ class Stage(ABC):
 
     def _stop_soon(self, *_: object) -> None:
         self.wants_to_stop = True
+
+
+def read_state(folder: Path) -> dict[str, Any]:
+    """Returns the state of a training's checkpoint: id, stage, steps, best return. OSError if there
+    is none."""
+    state: dict[str, Any] = json.loads((folder / CHECKPOINT / STATE).read_text(encoding="utf-8"))
+    return state
