@@ -8,7 +8,12 @@ from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.es import AdamStrategy, Evolution
 from walker_sim.training.policy_file import read_policy, write_policy
-from walker_sim.training.settings import SettingsError, settings_from, write_settings
+from walker_sim.training.settings import (
+    SettingsError,
+    read_settings,
+    settings_from,
+    write_settings,
+)
 
 ID = "Hopper-v5"
 SMALL = {
@@ -176,6 +181,23 @@ def test_error_names_invalid_setting(changes, words):
     with pytest.raises(SettingsError) as caught:
         settings_from({**SMALL, **changes})
     assert words in str(caught.value)
+
+
+def test_command_line_changes_a_training_with_stages(tmp_path, command):
+    def given(stages):
+        write_settings(settings_from({**SMALL, "stages": stages}), tmp_path / "mine.yaml")
+        return ["train", ID, "--settings", tmp_path / "mine.yaml", "--out", tmp_path / "run"]
+
+    own = [{"world": {"gravity": -9}, "parameters": {}}]
+    for words, name in ((["--world", "{gravity: -5}"], "world"), (["ctrl_cost_weight=1"], "param")):
+        error = command(*given(own), *words, status=2).err
+        assert name in error
+        assert "a stage of the settings has its own; use --settings FILE" in error
+    assert not (tmp_path / "run").exists()
+    command(*given(STAGES), "--steps", 1_000, "--world", "{gravity: -9}", "--num-threads", 1)
+    settings = read_settings(tmp_path / "run/settings.yaml")
+    assert (settings.steps, list(settings.stages)) == (1_000, [])
+    assert dict(settings.world) == {"gravity": (-9, -9)}
 
 
 def test_stages_change_single_settings():

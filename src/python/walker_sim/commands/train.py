@@ -1,4 +1,4 @@
-"""``train``: trains a policy with Stable-Baselines3 on many walkers at once."""
+"""``train``: trains a policy on many walkers at once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import functools
 import importlib
-import json
 import sys
 from pathlib import Path
 from typing import Any, Sequence
@@ -15,13 +14,13 @@ from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.files import package_file
 from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings
+from walker_sim.training.stage import CHECKPOINT, POLICY, SETTINGS, STATE, read_state
 from walker_sim.worlds import to_world
 
-STATE = Path("checkpoint") / "state.json"
-
 DESCRIPTION = """\
-Trains a policy with Stable-Baselines3, with the settings that the package includes for ID. Training
-and evaluations use separate seeds; the policy with the best evaluation is kept.
+Trains a policy with Stable-Baselines3 or by evolution strategies, with the settings that the
+package includes for ID. Training and evaluations use separate seeds; the policy with the best
+evaluation is kept.
 """
 
 EPILOG = f"""\
@@ -55,7 +54,10 @@ def _parser() -> common.Parser:
         "--resume", type=Path, metavar="DIR", help="continue the training in this folder"
     )
     parser.add_argument(
-        "--steps", type=common.count, metavar="N", help="total steps (default: the settings')"
+        "--steps",
+        type=common.count,
+        metavar="N",
+        help="total steps, without the settings' further stages (default: the settings')",
     )
     parser.add_argument(
         "--seed", type=common.count_or_zero, metavar="N", help="seed (default: the settings')"
@@ -95,7 +97,7 @@ def run(arguments: Sequence[str]) -> int:
                 training = stage(
                     env_id, settings, folder, index=index, num_threads=threads, report=show
                 )
-                if options.resume and index == first and _state(folder)["stage"] == index:
+                if options.resume and index == first and read_state(folder)["stage"] == index:
                     training.resume()
             except (ValueError, TypeError, AssertionError) as error:  # from walkers or learner
                 raise InputError(str(error)) from error
@@ -108,7 +110,7 @@ def run(arguments: Sequence[str]) -> int:
                     file=sys.stderr,
                 )
                 return 130
-    print(f"{folder / 'policy.safetensors'}: mean return {training.best:.1f} in its evaluation")
+    print(f"{folder / POLICY}: mean return {training.best:.1f} in its evaluation")
     return 0
 
 
@@ -127,14 +129,23 @@ def _stage_class(settings: Settings, num_threads: int) -> Any:
 def _new(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
     env_id, parameters = common.walker_of(options.walker)
     settings = read_settings(options.settings or settings_file(env_id))
-    changes: dict[str, Any] = {"parameters": {**settings.parameters, **parameters}}
-    for name in ("steps", "seed"):
-        if getattr(options, name) is not None:
-            changes[name] = getattr(options, name)
+    changes: dict[str, Any] = {}
+    if parameters:
+        changes["parameters"] = {**settings.parameters, **parameters}
     if options.world is not None:
         changes["world"] = to_world(env_id, options.world)
+    for name in changes:
+        if any(name in stage for stage in settings.stages):
+            raise InputError(
+                f"{name} = {changes[name]}: a stage of the settings has its own; "
+                "use --settings FILE"
+            )
+    if options.seed is not None:
+        changes["seed"] = options.seed
+    if options.steps is not None:
+        changes.update(steps=options.steps, stages=[])
     folder = options.out or Path("runs") / env_id
-    if (folder / "checkpoint").exists():
+    if (folder / CHECKPOINT).exists():
         raise InputError(f"--out {folder}: has a training, which --resume {folder} continues")
     return env_id, dataclasses.replace(settings, **changes), folder, 0
 
@@ -144,23 +155,18 @@ def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
         if getattr(options, name) not in (None, []):
             raise InputError(f"--resume {options.resume}: not allowed with {name}")
     folder = options.resume
-    if not (folder / STATE).exists():
+    file = folder / CHECKPOINT / STATE
+    if not file.exists():
         raise InputError(f"--resume {folder}: has no checkpoint")
     try:
-        state = _state(folder)
+        state = read_state(folder)
         env_id, stage = str(state["id"]), int(state["stage"]) + bool(state["is_done"])
     except (RecursionError, ValueError, TypeError, KeyError) as error:
         raise InputError(
-            f"--resume {folder}: {folder / STATE}: not a checkpoint: "
-            f"{type(error).__name__}: {error}"
+            f"--resume {folder}: {file}: not a checkpoint: {type(error).__name__}: {error}"
         ) from error
-    settings = read_settings(folder / "settings.yaml")
+    settings = read_settings(folder / SETTINGS)
     return env_id, settings, folder, min(stage, settings.num_stages - 1)
-
-
-def _state(folder: Path) -> dict[str, Any]:
-    state: dict[str, Any] = json.loads((folder / STATE).read_text(encoding="utf-8"))
-    return state
 
 
 def settings_file(env_id: str) -> Path:
