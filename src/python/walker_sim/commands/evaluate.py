@@ -9,7 +9,6 @@ import time
 from collections import ChainMap
 from typing import Any, Callable, NamedTuple, Sequence
 
-from walker_sim import _core
 from walker_sim.commands import grid_results, results
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, play, play_network, progress
@@ -17,12 +16,11 @@ from walker_sim.commands.grid import Grid, axis, make_grid
 from walker_sim.commands.policies import (
     POLICY_HELP,
     PolicyFailed,
-    check_normalization,
     find_network,
     make_policies,
     policy_text,
 )
-from walker_sim.episode_player import make_player
+from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.transport import Specification
 from walker_sim.worlds import World, range_text, to_world
 
@@ -123,7 +121,6 @@ def _source(
     seeds: Sequence[int],
     grid: Grid | None,
 ) -> _Source:
-    check_normalization(options)
     network = find_network(options, env_id, parameters)
     reuses = parameters.get("reuse_world") is True
     if reuses and (grid or options.worst):
@@ -135,11 +132,8 @@ def _source(
         return _stepped(options, env_id, parameters, seeds, grid)
     try:
         worlds = grid.worlds() if grid else [to_world(env_id, options.world)]
-        environment = _core.Environment(env_id, parameters)
-        for world in worlds:  # some errors depend on the parameters
-            environment.set_world(world)
-        num_threads = options.num_threads or 0
-        player = make_player(env_id, parameters, num_threads, options.num_envs)
+        player = make_player(env_id, parameters, options.num_threads or 0, options.num_envs)
+        play_jobs(player, [], worlds, [])  # checks the worlds: some errors depend on the parameters
     except (ValueError, TypeError, RuntimeError) as error:
         raise common.InputError(str(error)) from error
 

@@ -54,14 +54,13 @@ def make_policies(
     """
     text, normalization = options.policy, options.normalization
     size = len(specification["action_low"])
-    check_normalization(options)
+    network = find_network(options, env_id, parameters)
+    if network is not None:
+        return _acting(network, text)
     if text == "zero":
         return lambda seed: lambda observation: np.zeros(size, np.float32)
     if text in ("heuristic", "random"):
         return _agents(text, env_id, parameters, size)
-    network = find_network(options, env_id, parameters)
-    if network is not None:
-        return _acting(network, text)
     if text.endswith(".zip"):
         return _sb3_model(text, specification, normalization)
     if ":" in text:
@@ -70,12 +69,6 @@ def make_policies(
         f"--policy {text}: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or"
         " MODULE:FUNCTION"
     )
-
-
-def check_normalization(options: argparse.Namespace) -> None:
-    """Raises InputError if --normalization is given beside a policy that takes none."""
-    if options.normalization is not None and not options.policy.endswith(".zip"):
-        raise InputError(f"--normalization {options.normalization}: only for --policy FILE.zip")
 
 
 def policy_text(options: argparse.Namespace) -> str:
@@ -118,8 +111,10 @@ def find_network(
     options: argparse.Namespace, env_id: str, parameters: dict[str, Any]
 ) -> _core.Policy | None:
     """Reads the network that --policy names; None if it names another kind of policy. An InputError
-    names a file that is none or does not fit."""
+    names a file that is not a policy or does not fit, or a --normalization that is of no use."""
     text = options.policy
+    if options.normalization is not None and not text.endswith(".zip"):
+        raise InputError(f"--normalization {options.normalization}: only for --policy FILE.zip")
     path = str(shipped_policy(env_id)) if text == "shipped" else text
     if not path.endswith(".safetensors"):
         return None
