@@ -27,10 +27,11 @@ def wrench(link, x=0.0, z=0.0, torque=0.0, y=0.0):
 
 class PushTest(ServerTest):
     def serve(self, **parameters):
+        if hasattr(self, "pusher"):
+            self.pusher.unregister()  # rospy counts a connection to a stopped server for a while
         super().serve(**parameters)
         self.diagnostics = self.record("/diagnostics", DiagnosticArray)
         self.pusher = rospy.Publisher("/push", WrenchStamped, queue_size=100)
-        self.addCleanup(self.pusher.unregister)
         wait_for(lambda: self.pusher.get_num_connections() >= 1, "the server's subscription")
 
     def commands(self, condition):
