@@ -28,7 +28,7 @@ include_patterns = [
     "examples/*.md",
     "examples/*/*.md",
 ]
-exclude_patterns = ["SECURITY.md", "build", "devel", ".*"]
+exclude_patterns = ["build", "devel", ".*"]
 root_doc = "README"
 
 myst_heading_anchors = 3
@@ -60,7 +60,7 @@ TREE = {
     ),
     "Evidence": "fidelity compatibility reliability security benchmark engines",
     "Reference": "python_api cpp_api",
-    "Work on it": "architecture adding_an_environment testing /CONTRIBUTING releasing /CHANGELOG",
+    "Work on it": "architecture adding_an_environment testing /CONTRIBUTING /SECURITY releasing /CHANGELOG",
     "Speed, in depth": "box2d_speed mujoco_speed pool transport",
     "Examples": "/examples/README /examples/my_walker_pkg/README",
 }
