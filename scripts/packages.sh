@@ -6,8 +6,8 @@
 common_packages=(build-essential ca-certificates cmake libcairo2-dev libegl-dev libeigen3-dev libosmesa6-dev
   libtinyxml2-dev ninja-build pybind11-dev python3-dev python3-numpy python3-pip python3-setuptools
   python3-venv python3-wheel)
-# A virtual screen, and tools that locate the windows on it.
-screen_packages=(x11-utils xvfb)
+# A virtual screen, and tools that locate the windows on it and click into them.
+screen_packages=(x11-utils xdotool xvfb)
 common_test_packages=(git libegl-mesa0 libgl1-mesa-dri libgtest-dev locales pkg-config python3-pytest)
 lint_packages=(catkin-lint cppcheck shellcheck)
 # Emulates other processors.
@@ -38,7 +38,7 @@ packages_of_debian() {
   test_packages=("${common_test_packages[@]}" librostest-dev python3-rostest libtf2-ros-dev
     python3-tf2-ros liburdf-dev)
   if [ "$1" -gt 11 ]; then fuzz_packages+=(libclang-rt-dev); fi
-  view_packages=(rviz)
+  view_packages=(librviz-dev rviz)
   # Without libopenblas0 torch multiplies matrices with the slow reference BLAS.
   example_packages=(debootstrap libopenblas0 python3-torch)
   # A Node.js from another source includes npm and conflicts with Debian's npm.

@@ -24,6 +24,7 @@ KEYS = {
     "cairo": "libcairo2-dev",
     "EGL": "opengl",
     "OSMESA": "libosmesa6-dev",
+    "Qt5": "qtbase5-dev",
 }
 # Python modules and their rosdep keys, if different.
 MODULES = {module: f"python3-{module}" for module in ("numpy", "rospkg", "yaml")}

@@ -154,15 +154,15 @@ class Stage:
         self._folder.cleanup()
 
     @contextlib.contextmanager
-    def show(self, env, agent="policy"):
-        """Runs walker.launch with rviz, in lock-step, within the context. `walk` takes actions of
-        `agent`: policy is the shipped network, heuristic the shipped gait."""
+    def show(self, env, agent="policy", mode="lockstep"):
+        """Runs walker.launch with rviz within the context. `walk` takes actions of `agent`: policy
+        is the shipped network, heuristic the shipped gait."""
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
         with Processes() as processes:
             log = pathlib.Path(self._folder.name, "roslaunch.log")
-            yield Show(self, processes, env, agent, log)
+            yield Show(self, processes, env, agent, log, mode)
 
     def _take_transforms(self, message, topic):
         with self._changed:
@@ -180,9 +180,9 @@ class NodeHasEnded(AssertionError):
 
 
 class Show:
-    def __init__(self, stage, processes, env, agent, log):
+    def __init__(self, stage, processes, env, agent, log, mode):
         self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
-        arguments = [f"env:={env}", "mode:=lockstep", "rviz:=true", "status:=false"]
+        arguments = [f"env:={env}", f"mode:={mode}", "rviz:=true", "status:=false"]
         for left in reversed(range(MAX_STARTS)):
             log.write_bytes(b"")
             self._launch = self.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
@@ -228,7 +228,10 @@ class Show:
 
     def walk(self, transition):
         self._policy.act(np.array(transition.observation), self._action)
-        return self._checked(self._step(action=self._action.tolist()))
+        return self.step(self._action.tolist())
+
+    def step(self, action):
+        return self._checked(self._step(action=action))
 
     @staticmethod
     def _checked(answer):

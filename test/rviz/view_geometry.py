@@ -12,6 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 class View:
     def __init__(self, robot):
+        self.robot = robot
         text = (ROOT / "config" / f"{robot}.rviz").read_text(encoding="utf-8")
         self._view = yaml.safe_load(text)["Visualization Manager"]["Views"]["Current"]
         assert self._view["Class"] == "rviz/Orbit"

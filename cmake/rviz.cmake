@@ -1,0 +1,20 @@
+# The panel and the tool of rviz, where its headers and Qt's are installed (librviz-dev).
+if(NOT WALKER_SIM_RVIZ OR WALKER_SIM_INSTRUMENT)
+  return()
+endif()
+find_package(rviz QUIET)
+find_package(Qt5 QUIET COMPONENTS Widgets)
+if(rviz_FOUND AND Qt5_FOUND)
+  find_package(pluginlib REQUIRED)
+  walker_sim_sources(rviz_plugins_sources rviz_plugins)
+  add_library(walker_sim_rviz_plugins SHARED ${rviz_plugins_sources})
+  target_compile_definitions(walker_sim_rviz_plugins PRIVATE ${ros_definitions} QT_NO_KEYWORDS)
+  target_include_directories(walker_sim_rviz_plugins PRIVATE src)
+  target_include_directories(walker_sim_rviz_plugins
+    SYSTEM PRIVATE ${ros_include_directories} ${catkin_INCLUDE_DIRS} ${rviz_INCLUDE_DIRS})
+  target_link_libraries(walker_sim_rviz_plugins
+    PRIVATE walker_sim_core ${catkin_LIBRARIES} ${rviz_LIBRARIES} Qt5::Widgets walker_sim_flags)
+  set_target_properties(walker_sim_rviz_plugins PROPERTIES INSTALL_RPATH "$ORIGIN")
+  add_dependencies(walker_sim_nodes walker_sim_rviz_plugins)
+  add_dependencies(walker_sim_rviz_plugins ${PROJECT_NAME}_generate_messages_cpp)
+endif()

@@ -1,0 +1,193 @@
+#include "rviz_plugins/push_tool.h"
+
+#include <cmath>
+
+#include <OgreCamera.h>
+#include <OgrePlane.h>
+#include <OgreRay.h>
+#include <OgreSceneManager.h>
+#include <OgreViewport.h>
+#include <ros/names.h>
+#include <rviz/display_context.h>
+#include <rviz/frame_manager.h>
+#include <rviz/render_panel.h>
+#include <rviz/selection/selection_handler.h>
+#include <rviz/selection/selection_manager.h>
+#include <rviz/view_controller.h>
+#include <rviz/viewport_mouse_event.h>
+#include <std_msgs/Float64.h>
+#include <pluginlib/class_list_macros.hpp>
+
+namespace walker {
+
+PushTool::PushTool()
+    : topic_(
+          new rviz::StringProperty("Topic", "push", "Topic of the pushes", getPropertyContainer())),
+      prefix_(new rviz::StringProperty("TF Prefix", "", "Prefix of the links' frames",
+                                       getPropertyContainer())),
+      stiffness_(new rviz::FloatProperty("Newtons per metre", 100, "Force per length of the drag",
+                                         getPropertyContainer())) {
+  shortcut_key_ = 'u';
+}
+
+PushTool::~PushTool() = default;
+
+void PushTool::onInitialize() {
+  setName("Push");
+  setDescription("Push: drag a link of the walker. Elsewhere a drag moves the camera.");
+  arrow_ = std::make_unique<rviz::Arrow>(context_->getSceneManager());
+  arrow_->setColor(0.9F, 0.35F, 0.05F, 1);
+  arrow_->getSceneNode()->setVisible(false);
+}
+
+/// Publishes once for each of the server's steps, which need not be as many as rviz's pictures.
+void PushTool::activate() {
+  setStatus("Drag a link to push it. Elsewhere a drag moves the camera.");
+  {
+    const std::lock_guard lock(mutex_);
+    publisher_ = node_.advertise<geometry_msgs::WrenchStamped>(topic_->getStdString(), 10);
+  }
+  ros::SubscribeOptions options = ros::SubscribeOptions::create<std_msgs::Float64>(
+      ros::names::append(ros::names::parentNamespace(node_.resolveName(topic_->getStdString())),
+                         "reward"),
+      1, [this](const std_msgs::Float64::ConstPtr& /*reward*/) { publish(); }, ros::VoidConstPtr(),
+      context_->getThreadedQueue());
+  options.transport_hints = ros::TransportHints().tcpNoDelay();
+  steps_ = node_.subscribe(options);
+}
+
+void PushTool::deactivate() {
+  release();
+  steps_.shutdown();
+}
+
+void PushTool::update(float /*wall_dt*/, float /*ros_dt*/) {
+  if (grip_) pull();
+}
+
+int PushTool::processMouseEvent(rviz::ViewportMouseEvent& event) {
+  if (event.leftDown()) {
+    grip_ = grip_at(event);
+    if (grip_) move_goal(event);
+  }
+  if (!grip_) {
+    if (event.panel->getViewController() != nullptr) {
+      event.panel->getViewController()->handleMouseEvent(event);
+    }
+    return 0;
+  }
+  if (event.leftUp()) {
+    release();
+  } else if (event.type == QEvent::MouseMove) {
+    move_goal(event);
+  }
+  return Render;
+}
+
+/// Returns the name of the link under the mouse, or an empty string. rviz names a link only in the
+/// properties of its selection.
+std::string PushTool::find_link(rviz::ViewportMouseEvent& event) const {
+  rviz::M_Picked picked;
+  rviz::SelectionManager* const selection = context_->getSelectionManager();
+  selection->pick(event.viewport, event.x, event.y, event.x + 1, event.y + 1, picked, true);
+  for (const auto& [handle, object] : picked) {
+    rviz::SelectionHandler* const handler = selection->getHandler(handle);
+    if (handler == nullptr) continue;
+    rviz::Property properties;
+    handler->createProperties(object, &properties);
+    std::string name;
+    if (properties.numChildren() > 0) name = properties.childAt(0)->getNameStd();
+    handler->destroyProperties(object, &properties);
+    const std::string kind = "Link ";
+    if (name.compare(0, kind.size(), kind) == 0) return name.substr(kind.size());
+  }
+  return "";
+}
+
+std::optional<PushTool::Grip> PushTool::grip_at(rviz::ViewportMouseEvent& event) {
+  Ogre::Vector3 point;
+  const std::string link = find_link(event);
+  if (link.empty() ||
+      !context_->getSelectionManager()->get3DPoint(event.viewport, event.x, event.y, point)) {
+    return std::nullopt;
+  }
+  const std::string prefix = prefix_->getStdString();
+  Grip grip{prefix.empty() ? link : prefix + "/" + link, {}, point.y};
+  Ogre::Vector3 origin;
+  Ogre::Quaternion attitude;
+  if (!context_->getFrameManager()->getTransform(grip.frame, ros::Time(), origin, attitude)) {
+    setStatus(QString::fromStdString("No transform of " + grip.frame));
+    return std::nullopt;
+  }
+  point.y = origin.y;
+  grip.point = attitude.Inverse() * (point - origin);
+  return grip;
+}
+
+/// Moves the goal to where the mouse's ray meets the plane of the clicked point, parallel to the
+/// plane of motion.
+void PushTool::move_goal(rviz::ViewportMouseEvent& event) {
+  const auto width = static_cast<float>(event.viewport->getActualWidth());
+  const auto height = static_cast<float>(event.viewport->getActualHeight());
+  const Ogre::Ray ray = event.viewport->getCamera()->getCameraToViewportRay(
+      static_cast<float>(event.x) / width, static_cast<float>(event.y) / height);
+  const Ogre::Plane plane(Ogre::Vector3::UNIT_Y, grip_->depth);
+  const auto [meets, distance] = ray.intersects(plane);
+  if (meets) goal_ = ray.getPoint(distance);
+  pull();
+}
+
+/// Computes the wrench at the link's present pose, and publishes and shows it.
+void PushTool::pull() {
+  Ogre::Vector3 origin;
+  Ogre::Quaternion attitude;
+  if (!context_->getFrameManager()->getTransform(grip_->frame, ros::Time(), origin, attitude)) {
+    release();
+    return;
+  }
+  Ogre::Vector3 held = origin + attitude * grip_->point;
+  held.y = grip_->depth;
+  Ogre::Vector3 drag = goal_ - held;
+  drag.y = 0;
+  const Ogre::Vector3 force = attitude.Inverse() * (stiffness_->getFloat() * drag);
+  const Ogre::Vector3 torque = grip_->point.crossProduct(force);
+  geometry_msgs::WrenchStamped message;
+  message.header.frame_id = grip_->frame;
+  message.wrench.force.x = force.x;
+  message.wrench.force.z = force.z;
+  message.wrench.torque.y = torque.y;
+  {
+    const std::lock_guard lock(mutex_);
+    wrench_ = message;
+  }
+  publish();
+
+  constexpr float kThickness = 0.04F;  // [m]
+  const float length = drag.length();
+  const bool is_visible = length > kThickness;
+  arrow_->getSceneNode()->setVisible(is_visible);
+  if (is_visible) {
+    const float head = std::min(0.15F, length / 2);
+    arrow_->set(length - head, kThickness, head, 2.5F * kThickness);
+    arrow_->setPosition(held);
+    arrow_->setDirection(drag);
+  }
+  setStatus(QString::fromStdString("Pushing " + grip_->frame) +
+            QString(" with %1 N").arg(force.length(), 0, 'f', 0));
+}
+
+void PushTool::release() {
+  grip_.reset();
+  arrow_->getSceneNode()->setVisible(false);
+  const std::lock_guard lock(mutex_);
+  wrench_.reset();
+}
+
+void PushTool::publish() {
+  const std::lock_guard lock(mutex_);
+  if (wrench_) publisher_.publish(*wrench_);
+}
+
+}  // namespace walker
+
+PLUGINLIB_EXPORT_CLASS(walker::PushTool, rviz::Tool)
