@@ -1,9 +1,9 @@
 #include "rviz_plugins/push_tool.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <OgreCamera.h>
-#include <OgrePlane.h>
 #include <OgreRay.h>
 #include <OgreSceneManager.h>
 #include <OgreViewport.h>
@@ -19,6 +19,18 @@
 #include <pluginlib/class_list_macros.hpp>
 
 namespace walker {
+namespace {
+
+Eigen::Vector3d to_eigen(const Ogre::Vector3& vector) {
+  return Eigen::Vector3f(vector.x, vector.y, vector.z).cast<double>();
+}
+
+Ogre::Vector3 to_ogre(const Eigen::Vector3d& vector) {
+  const Eigen::Vector3f single = vector.cast<float>();
+  return {single.x(), single.y(), single.z()};
+}
+
+}  // namespace
 
 PushTool::PushTool()
     : topic_(
@@ -84,6 +96,17 @@ int PushTool::processMouseEvent(rviz::ViewportMouseEvent& event) {
   return Render;
 }
 
+/// Returns the frame's present pose in the fixed frame; none if it is not known.
+std::optional<Eigen::Isometry3d> PushTool::pose_of(const std::string& frame) const {
+  Ogre::Vector3 origin;
+  Ogre::Quaternion turn;
+  if (!context_->getFrameManager()->getTransform(frame, ros::Time(), origin, turn)) {
+    return std::nullopt;
+  }
+  const Eigen::Quaternionf single(turn.w, turn.x, turn.y, turn.z);
+  return Eigen::Translation3d(to_eigen(origin)) * single.cast<double>().normalized();
+}
+
 /// Returns the name of the link under the mouse, or an empty string. rviz names a link only in the
 /// properties of its selection.
 std::string PushTool::find_link(rviz::ViewportMouseEvent& event) const {
@@ -105,22 +128,22 @@ std::string PushTool::find_link(rviz::ViewportMouseEvent& event) const {
 }
 
 std::optional<PushTool::Grip> PushTool::grip_at(rviz::ViewportMouseEvent& event) {
-  Ogre::Vector3 point;
+  Ogre::Vector3 clicked;
   const std::string link = find_link(event);
   if (link.empty() ||
-      !context_->getSelectionManager()->get3DPoint(event.viewport, event.x, event.y, point)) {
+      !context_->getSelectionManager()->get3DPoint(event.viewport, event.x, event.y, clicked)) {
     return std::nullopt;
   }
+  Eigen::Vector3d point = to_eigen(clicked);
   const std::string prefix = prefix_->getStdString();
-  Grip grip{prefix.empty() ? link : prefix + "/" + link, {}, point.y};
-  Ogre::Vector3 origin;
-  Ogre::Quaternion attitude;
-  if (!context_->getFrameManager()->getTransform(grip.frame, ros::Time(), origin, attitude)) {
+  Grip grip{prefix.empty() ? link : prefix + "/" + link, {}, point.y()};
+  const std::optional<Eigen::Isometry3d> pose = pose_of(grip.frame);
+  if (!pose) {
     setStatus(QString::fromStdString("No transform of " + grip.frame));
     return std::nullopt;
   }
-  point.y = origin.y;
-  grip.point = attitude.Inverse() * (point - origin);
+  point.y() = pose->translation().y();
+  grip.point = pose->inverse() * point;
   return grip;
 }
 
@@ -131,31 +154,32 @@ void PushTool::move_goal(rviz::ViewportMouseEvent& event) {
   const auto height = static_cast<float>(event.viewport->getActualHeight());
   const Ogre::Ray ray = event.viewport->getCamera()->getCameraToViewportRay(
       static_cast<float>(event.x) / width, static_cast<float>(event.y) / height);
-  const Ogre::Plane plane(Ogre::Vector3::UNIT_Y, grip_->depth);
-  const auto [meets, distance] = ray.intersects(plane);
-  if (meets) goal_ = ray.getPoint(distance);
+  const Eigen::Vector3d eye = to_eigen(ray.getOrigin());
+  const Eigen::Vector3d direction = to_eigen(ray.getDirection());
+  const double distance = (grip_->depth - eye.y()) / direction.y();
+  if (std::isfinite(distance) && distance > 0) goal_ = eye + distance * direction;
   pull();
 }
 
 /// Computes the wrench at the link's present pose, and publishes and shows it.
 void PushTool::pull() {
-  Ogre::Vector3 origin;
-  Ogre::Quaternion attitude;
-  if (!context_->getFrameManager()->getTransform(grip_->frame, ros::Time(), origin, attitude)) {
+  const std::optional<Eigen::Isometry3d> pose = pose_of(grip_->frame);
+  if (!pose) {
     release();
     return;
   }
-  Ogre::Vector3 held = origin + attitude * grip_->point;
-  held.y = grip_->depth;
-  Ogre::Vector3 drag = goal_ - held;
-  drag.y = 0;
-  const Ogre::Vector3 force = attitude.Inverse() * (stiffness_->getFloat() * drag);
-  const Ogre::Vector3 torque = grip_->point.crossProduct(force);
+  Eigen::Vector3d held = *pose * grip_->point;
+  held.y() = grip_->depth;
+  Eigen::Vector3d drag = goal_ - held;
+  drag.y() = 0;
+  const Eigen::Vector3d world_force = double{stiffness_->getFloat()} * drag;
+  const Eigen::Vector3d force = pose->linear().transpose() * world_force;
+  const Eigen::Vector3d torque = grip_->point.cross(force);
   geometry_msgs::WrenchStamped message;
   message.header.frame_id = grip_->frame;
-  message.wrench.force.x = force.x;
-  message.wrench.force.z = force.z;
-  message.wrench.torque.y = torque.y;
+  message.wrench.force.x = force.x();
+  message.wrench.force.z = force.z();
+  message.wrench.torque.y = torque.y();
   {
     const std::lock_guard lock(mutex_);
     wrench_ = message;
@@ -163,17 +187,17 @@ void PushTool::pull() {
   publish();
 
   constexpr float kThickness = 0.04F;  // [m]
-  const float length = drag.length();
+  const auto length = static_cast<float>(drag.norm());
   const bool is_visible = length > kThickness;
   arrow_->getSceneNode()->setVisible(is_visible);
   if (is_visible) {
     const float head = std::min(0.15F, length / 2);
     arrow_->set(length - head, kThickness, head, 2.5F * kThickness);
-    arrow_->setPosition(held);
-    arrow_->setDirection(drag);
+    arrow_->setPosition(to_ogre(held));
+    arrow_->setDirection(to_ogre(drag));
   }
   setStatus(QString::fromStdString("Pushing " + grip_->frame) +
-            QString(" with %1 N").arg(force.length(), 0, 'f', 0));
+            QString(" with %1 N").arg(force.norm(), 0, 'f', 0));
 }
 
 void PushTool::release() {

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 
-#include <OgreVector3.h>
 #include <geometry_msgs/WrenchStamped.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
@@ -15,6 +14,7 @@
 #include <rviz/properties/float_property.h>
 #include <rviz/properties/string_property.h>
 #include <rviz/tool.h>
+#include <Eigen/Geometry>
 
 namespace walker {
 
@@ -34,11 +34,12 @@ class PushTool : public rviz::Tool {
  private:
   /// The point that is held.
   struct Grip {
-    std::string frame;    // of the link
-    Ogre::Vector3 point;  // in the link's frame, in the plane through its origin
-    float depth;          // y of the clicked point in the fixed frame
+    std::string frame;      // of the link
+    Eigen::Vector3d point;  // in the link's frame, in the plane through its origin
+    double depth;           // y of the clicked point in the fixed frame
   };
 
+  std::optional<Eigen::Isometry3d> pose_of(const std::string& frame) const;
   std::string find_link(rviz::ViewportMouseEvent& event) const;
   std::optional<Grip> grip_at(rviz::ViewportMouseEvent& event);
   void move_goal(rviz::ViewportMouseEvent& event);
@@ -51,7 +52,7 @@ class PushTool : public rviz::Tool {
   rviz::FloatProperty* stiffness_;
   std::unique_ptr<rviz::Arrow> arrow_;
   std::optional<Grip> grip_;
-  Ogre::Vector3 goal_;  // the mouse, in the fixed frame
+  Eigen::Vector3d goal_;  // the mouse, in the fixed frame
   ros::NodeHandle node_;
   ros::Subscriber steps_;
 

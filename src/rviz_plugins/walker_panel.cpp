@@ -58,7 +58,7 @@ QIcon icon_of(Sign sign) {
       painter.drawRect(11, 1, 4, 14);
       break;
   }
-  return QIcon(picture);
+  return {picture};
 }
 
 void show_line(QLabel* label, const QString& text, const char* color) {
