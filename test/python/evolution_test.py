@@ -169,8 +169,8 @@ def test_first_update_follows_the_formula():
         ({"common_seeds": 1}, "common_seeds = 1: must be true or false"),
         ({"start": 3}, "start = 3: must be a text"),
         (
-            {"stages": [{"algorithm": "ppo"}]},
-            "stages: 1: algorithm = 'ppo': must be one of es, cma",
+            {"stages": [{"algorithm": "tqc"}]},
+            "stages: 1: algorithm = 'tqc': must be one of ppo, es, cma",
         ),
         ({"stages": [{"seed": 3}]}, "stages: 1: seed: must be the same in all stages"),
         ({"stages": [{"sigmas": 3}]}, "stages: 1: sigmas: unknown; must be one of algorithm"),

@@ -220,8 +220,8 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, command, monkeypatch):
     """evaluate's returns equal the training's to the bit."""
     seen = []
 
-    def returns(self, policy, play=evaluation.Evaluation.returns):
-        seen.append(play(self, policy))
+    def returns(self, *given, play=evaluation.Evaluation.returns):
+        seen.append(play(self, *given))
         return seen[-1]
 
     monkeypatch.setattr(evaluation.Evaluation, "returns", returns)

@@ -179,11 +179,13 @@ def settings_file(env_id: str) -> Path:
 
 def _show(bar: Any, training: Any, point: Any) -> None:
     """Updates the progress bar; prints a line if there is a new point of the curve."""
-    bar.set_postfix_str(f"return {training.mean_return:.1f}", refresh=False)
+    grown = f", ranges {training.curriculum.progress:.0%}" if training.curriculum else ""
+    bar.set_postfix_str(f"return {training.mean_return:.1f}{grown}", refresh=False)
     bar.update(training.all_steps - bar.n)
     if point is not None:
         bar.write(
             f"{point.steps:>12,} steps {point.seconds:8.0f} s   training "
             f"{point.training_return:8.1f}   evaluation {point.evaluation_return:8.1f} "
             f"± {point.deviation:.1f}, min {point.least:.1f}"
+            + (f"   in {point.world}" if training.curriculum else "")
         )

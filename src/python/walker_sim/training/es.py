@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.commands.policies import shipped_policy
 from walker_sim.episode_player import make_player, play_jobs
-from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes
+from walker_sim.training.policy_file import PolicyFile, to_bytes
 from walker_sim.training.settings import LAYERS, Settings
-from walker_sim.training.stage import FIRST_TRAINING_SEED, POLICY, Stage
+from walker_sim.training.stage import FIRST_TRAINING_SEED, Stage
+from walker_sim.training.start import fitted
 
 ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
-HIDDEN_SCALE = 0.3  # of what a linear policy becomes in tanh units, where they are nearly linear
 
 Array = NDArray[np.float64]
 
@@ -82,7 +81,7 @@ class Evolution(Stage):
             group = self._updates * num_groups + index // 2 % num_groups
             for offset in range(settings.episodes):
                 jobs.append((index, first_seed + group * settings.episodes + offset, 0))
-        episodes = play_jobs(self._player, networks, [dict(settings.world)], jobs)
+        episodes = play_jobs(self._player, networks, [self.world], jobs)
         returns = np.array([episode.episode_return for episode in episodes])
         returns = returns.reshape(len(candidates), settings.episodes)
         worth = returns.mean(axis=1) - settings.deviation_weight * returns.std(axis=1)
@@ -97,6 +96,7 @@ class Evolution(Stage):
                 self._sums[1] += episode.observation_sums
                 self._sums[2] += episode.observation_squares
             self._normalise()
+        self.grow()
 
     def policy(self) -> PolicyFile:
         parameters = np.asarray(np.mean(self._recent, axis=0), np.float32)
@@ -138,19 +138,10 @@ class Evolution(Stage):
         )
         hidden = LAYERS if settings.layers is None else settings.layers
         sizes = [self._sums.shape[1], *hidden, len(low)]
-        start = None
-        if settings.start is not None:
-            own = self.env_id if settings.start == "shipped" else settings.start
-            start = read_policy(shipped_policy(own) if own in _core.ids() else Path(own))
-        elif self.index > 0:
-            start = read_policy(self.folder / POLICY)
+        start = self.read_start()
         if start is not None:
-            _core.Policy.from_bytes("start", to_bytes(start)).check(
-                self.env_id, dict(self.goal.parameters)
-            )
             if settings.layers is not None:
-                start.layers = _fitted(start, sizes, random)
-            start.env_id, start.parameters = self.env_id, self.parameter_texts
+                start.layers = fitted(start, sizes, random)
             return start
         return PolicyFile(
             env_id=self.env_id,
@@ -161,7 +152,7 @@ class Evolution(Stage):
             deviation=np.ones(sizes[0]),
             low=low,
             high=high,
-            layers=_fitted(None, sizes, random),
+            layers=fitted(None, sizes, random),
         )
 
     def _normalise(self) -> None:
@@ -255,32 +246,3 @@ def _make_optimiser(settings: Settings, first: Array) -> AdamStrategy | CmaStrat
 
 def _between(ends: tuple[float, float], progress: float) -> float:
     return ends[0] + (ends[1] - ends[0]) * progress
-
-
-def _fitted(
-    start: PolicyFile | None, sizes: list[int], random: np.random.Generator
-) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
-    """Returns layers of these sizes, from observation to action. They act as `start` does, which
-    has layers of these sizes or is linear; without it, actions are zero."""
-    if start is not None:
-        own = [start.layers[0][0].shape[1], *(len(bias) for _, bias in start.layers)]
-        if own == sizes:
-            return start.layers
-        if len(own) > 2 or len(sizes) != 3 or sizes[1] < sizes[2] or start.activation != "tanh":
-            raise ValueError(
-                f"layers = {sizes[1:-1]}: must be {own[1:-1]} as the policy to start from has "
-                "them, or, if that is linear, one layer with at least a unit for each action"
-            )
-    layers = []
-    for inputs, outputs in zip(sizes, sizes[1:]):
-        weight = random.standard_normal((outputs, inputs)) / np.sqrt(inputs)
-        layers.append((weight.astype(np.float32), np.zeros(outputs, np.float32)))
-    layers[-1][0][:] = 0
-    if start is not None:
-        # The first units compute the linear actions; the others do not act yet.
-        (weight, bias), (last, _) = layers
-        count = sizes[-1]
-        weight[:count] = HIDDEN_SCALE * start.layers[0][0]
-        bias[:count] = HIDDEN_SCALE * start.layers[0][1]
-        last[:, :count] = np.eye(count) / HIDDEN_SCALE
-    return layers

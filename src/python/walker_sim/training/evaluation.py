@@ -19,26 +19,24 @@ docs/policies begin at 1000000."""
 
 
 class Evaluation:
-    """Plays the same episodes for each policy, many at once."""
+    """Plays episodes of policies, many at once."""
 
-    def __init__(
-        self,
-        env_id: str,
-        parameters: Mapping[str, Any],
-        world: Mapping[str, tuple[float, float]],
-        episodes: int,
-        num_threads: int,
-    ) -> None:
+    def __init__(self, env_id: str, parameters: Mapping[str, Any], num_threads: int) -> None:
         # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in parameters.items() if name != "reuse_world"}
         self._player = make_player(env_id, own, num_threads)
-        self._world = dict(world)
-        self._jobs = [(0, FIRST_CHOICE_SEED + index, 0) for index in range(episodes)]
 
-    def returns(self, network: _core.Policy) -> NDArray[np.float64]:
+    def returns(
+        self,
+        network: _core.Policy,
+        world: Mapping[str, tuple[float, float]],
+        first_seed: int,
+        episodes: int,
+    ) -> NDArray[np.float64]:
         """Returns the return of each episode."""
-        episodes = play_jobs(self._player, [network], [self._world], self._jobs)
-        return np.array([episode.episode_return for episode in episodes])
+        jobs = [(0, first_seed + index, 0) for index in range(episodes)]
+        played = play_jobs(self._player, [network], [dict(world)], jobs)
+        return np.array([episode.episode_return for episode in played])
 
 
 class Point(NamedTuple):
@@ -50,6 +48,7 @@ class Point(NamedTuple):
     evaluation_return: float  # mean over the evaluation's episodes
     deviation: float  # standard deviation of these
     least: float  # minimum of these
+    world: str  # in which the policy learns at this time
 
 
 def write_curve(points: Sequence[Point], path: Path) -> None:
@@ -59,14 +58,19 @@ def write_curve(points: Sequence[Point], path: Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Point._fields)
         for point in points:
-            writer.writerow([point.steps, *(f"{value:.6g}" for value in point[1:])])
+            numbers = [f"{value:.6g}" for value in point[1:-1]]
+            writer.writerow([point.steps, *numbers, point.world])
     unfinished.replace(path)
 
 
 def read_curve(path: Path) -> list[Point]:
     with path.open(newline="") as file:
         rows = list(csv.reader(file))[1:]
-    return [Point(int(row[0]), *(float(value) for value in row[1:])) for row in rows]
+    points = []
+    for steps, *numbers, world in rows:
+        seconds, training, mean, deviation, least = map(float, numbers)
+        points.append(Point(int(steps), seconds, training, mean, deviation, least, world))
+    return points
 
 
 def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
 from typing import Any
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 from torch import nn
 
 from walker_sim.training import ppo
 from walker_sim.training.models import actor_layers
-from walker_sim.training.policy_file import OBSERVATION_CLIP
+from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
 from walker_sim.training.settings import LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
+OBSERVATIONS_BEFORE = 10_000_000  # for which the normalisation of a policy to start from counts
 
 
 class BoundedRewards(VecEnvWrapper):
@@ -111,3 +114,30 @@ def actor_arrays(model: Any) -> list[NDArray[np.float32]]:
         if isinstance(layer, nn.Linear)
         for tensor in (layer.weight, layer.bias)
     ]
+
+
+def settings_for(start: PolicyFile, settings: Settings) -> Settings:
+    """Returns the settings with the network of a policy to start from. ValueError if they ask for
+    another, or if the policy is not PPO's."""
+    sizes = tuple(len(bias) for _, bias in start.layers[:-1])
+    if settings.layers not in (None, sizes):
+        raise ValueError(
+            f"layers = {list(settings.layers)}: must be {list(sizes)} as the policy to start from "
+            "has them"
+        )
+    if start.output != "clip":
+        raise ValueError("start: its actions are squashed by tanh; PPO's must be clipped")
+    return dataclasses.replace(settings, layers=sizes, activation=start.activation)
+
+
+def begin_with(start: PolicyFile, model: Any) -> None:
+    """Sets the actor and the normalisation of observations to those of a policy."""
+    linear = [layer for layer in actor_layers(model.policy) if isinstance(layer, nn.Linear)]
+    with torch.no_grad():
+        for layer, (weight, bias) in zip(linear, start.layers):
+            layer.weight.copy_(torch.tensor(weight))
+            layer.bias.copy_(torch.tensor(bias))
+    walkers = model.get_env()
+    statistics = walkers.obs_rms
+    statistics.mean, statistics.count = start.mean.copy(), OBSERVATIONS_BEFORE
+    statistics.var = start.deviation**2 - walkers.epsilon

@@ -16,6 +16,9 @@ from walker_sim.worlds import World, read_world
 EVOLUTIONARY = ("es", "cma")
 """Algorithms that compare whole episodes of networks; they need neither torch nor gradients."""
 
+CONTINUING = ("ppo", *EVOLUTIONARY)
+"""Algorithms that can start from a policy."""
+
 LAYERS = (64, 64)
 
 Check = Callable[[str, Any], Any]
@@ -102,6 +105,18 @@ def _world(name: str, value: Any) -> World:
         raise SettingsError(f"{name}: {error}") from error
 
 
+def _curriculum(name: str, value: Any) -> dict[str, Any]:
+    checks = {"thresholds": _pair(-math.inf, math.inf), "moves": _whole(1), "episodes": _whole(1)}
+    given = _mapping(name, value)
+    for key in given:
+        if key not in checks:
+            raise SettingsError(f"{name}: {key}: unknown; must be one of {', '.join(checks)}")
+    if "thresholds" not in given:
+        raise SettingsError(f"{name} = {value!r}: must have thresholds: [LOW, HIGH]")
+    checked = {key: checks[key](f"{name}: {key}", each) for key, each in given.items()}
+    return {"moves": 10, "episodes": 32, **checked}
+
+
 def _changes(name: str, value: Any) -> dict[int, dict[str, Any]]:
     changes: dict[int, dict[str, Any]] = {}
     for step, change in _mapping(name, value).items():
@@ -156,9 +171,12 @@ class Settings:
     """Parameters of the environment by name."""
     world: Mapping[str, tuple[float, float]] = _setting({}, _world)
     """World in which the policy is trained and evaluated."""
+    curriculum: Mapping[str, Any] | None = _setting(None, _optional(_curriculum))
+    """How the ranges of the training's world grow, see `training.curriculum`; None: they apply from
+    the beginning."""
     start: str | None = _setting(None, _optional(_text))
-    """ES and CMA: policy to start from, a file, `shipped`, or an id for its shipped one; None: that
-    of the stage before, or else a network whose last layer is zero."""
+    """PPO, ES and CMA: policy to start from, a file, `shipped`, or an id for its shipped one; None:
+    that of the stage before, or else a new network."""
     num_envs: int = _setting(256, _whole(1))
     rollout: int = _setting(64, _whole(1))
     """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
@@ -246,7 +264,7 @@ class Settings:
 
 
 _LATER = (
-    *("world", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
+    *("world", "curriculum", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
     *("max_difference", "deviation_weight"),
 )
 
@@ -284,10 +302,11 @@ def settings_from(given: Mapping[str, Any]) -> Settings:
         stage = settings.stage(index)
         if stage.algorithm == "es" and stage.population % 2 != 0:
             raise SettingsError(f"population = {stage.population}: must be even, for pairs")
-        if index > 0 and stage.algorithm not in EVOLUTIONARY:
+        if (index > 0 or stage.start is not None) and stage.algorithm not in CONTINUING:
+            what = f"stages: {index}" if index > 0 else f"start = {stage.start!r}"
             raise SettingsError(
-                f"stages: {index}: algorithm = {stage.algorithm!r}: must be one of "
-                f"{', '.join(EVOLUTIONARY)}, which continue with a policy"
+                f"{what}: algorithm = {stage.algorithm!r}: must be one of "
+                f"{', '.join(CONTINUING)}, which continue with a policy"
             )
     return settings
 

@@ -9,19 +9,32 @@ import signal
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.errors import UnknownKeyword
-from walker_sim.training.evaluation import Evaluation, Point, draw_curve, read_curve, write_curve
+from walker_sim.training.curriculum import Curriculum
+from walker_sim.training.evaluation import (
+    FIRST_CHOICE_SEED,
+    Evaluation,
+    Point,
+    draw_curve,
+    read_curve,
+    write_curve,
+)
 from walker_sim.training.policy_file import PolicyFile, to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
+from walker_sim.training.start import read_start
+from walker_sim.worlds import World
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
 STATE = "state.json"  # in the checkpoint
 CURVE, PICTURE = "curve.csv", "curve.png"
+FIRST_TRIAL_SEED = 1 << 39
+"""Of the episodes that decide whether a curriculum's ranges grow."""
 FIRST_TRAINING_SEED = 1 << 40
 """Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
 
@@ -69,10 +82,13 @@ class Stage(ABC):
         self.wants_to_stop = False
         # All stages are compared by the same episodes: those of what the training aims at.
         self.goal = settings.stage(settings.num_stages - 1)
-        self._evaluation = Evaluation(
-            *(env_id, self.goal.parameters, self.goal.world),
-            *(self.settings.evaluation_episodes, num_threads),
-        )
+        for each in (self.settings, self.goal):
+            _core.Environment(env_id, dict(each.parameters)).set_world(dict(each.world))
+        self._evaluation = Evaluation(env_id, self.goal.parameters, num_threads)
+        parameters, world = self.settings.parameters, self.settings.world
+        growth = self.settings.curriculum
+        self.curriculum = Curriculum(env_id, parameters, world, growth) if growth else None
+        self._trials = 0
         self.num_threads = num_threads
         self._steps_before = 0
         self._began = 0.0
@@ -125,19 +141,24 @@ class Stage(ABC):
         return self.steps >= self.settings.steps
 
     @property
+    def world(self) -> World:
+        """The world in which the policy learns at present."""
+        return self.curriculum.world if self.curriculum else dict(self.settings.world)
+
+    @property
     def parameter_texts(self) -> dict[str, str]:
         """The environment's parameters that the training aims at, for the policy's file."""
         return {name: str(value) for name, value in self.goal.parameters.items()}
 
     def notes(self) -> dict[str, str]:
         """Returns the metadata of the policy."""
-        world = self.settings.world
+        world = self.world
         return {
             "algorithm": self.settings.algorithm,
             "steps": str(self.all_steps),
             "seed": str(self.settings.seed),
             "settings": self.whole.hash(),
-            **({"world": _core.world_text(dict(world))} if world else {}),
+            **({"world": _core.world_text(world)} if world else {}),
         }
 
     def resume(self) -> None:
@@ -145,6 +166,8 @@ class Stage(ABC):
         state = read_state(self.folder)
         self._continue(state)
         self._steps_before = state["steps_before"]
+        if self.curriculum:
+            self.curriculum.moves, self._trials = state["moves"], state["trials"]
         self.load(self.folder / CHECKPOINT)
 
     def _continue(self, state: dict[str, Any]) -> None:
@@ -179,11 +202,12 @@ class Stage(ABC):
         began = time.monotonic()
         seconds = self.seconds
         policy = self.policy()
-        returns = self._evaluation.returns(
-            _core.Policy.from_bytes(f"after {self.all_steps} steps", to_bytes(policy))
+        returns = self._returns(
+            policy, self.goal.world, FIRST_CHOICE_SEED, self.settings.evaluation_episodes
         )
         outcome = (float(returns.mean()), float(returns.std()), float(returns.min()))
-        point = Point(self.all_steps, seconds, self.mean_return, *outcome)
+        world = _core.world_text(self.world)
+        point = Point(self.all_steps, seconds, self.mean_return, *outcome, world)
         self.points.append(point)
         if point.evaluation_return > self.best:
             self.best = point.evaluation_return
@@ -193,6 +217,42 @@ class Stage(ABC):
         draw_curve(self.points, title, self.folder / PICTURE)
         self._evaluating += time.monotonic() - began
         self.report(self, point)
+
+    def grow(self) -> bool:
+        """Tries one end of the curriculum's ranges. Returns whether they have changed."""
+        if not self.curriculum:
+            return False
+        before = self.world
+        episodes = self.curriculum.episodes
+        returns = self._returns(
+            self.policy(),
+            self.curriculum.trial(self._trials),
+            FIRST_TRIAL_SEED + self._trials * episodes,
+            episodes,
+        )
+        self.curriculum.take(self._trials, float(returns.mean()))
+        self._trials += 1
+        return self.world != before
+
+    def read_start(self) -> PolicyFile | None:
+        """Reads the policy to start from: the settings', or that of the stage before; None if there
+        is none. ValueError if it does not fit the environment."""
+        if self.settings.start is None and self.index == 0:
+            return None
+        start = self.settings.start or self.folder / POLICY
+        policy = read_start(start, self.env_id, self.goal.parameters)
+        policy.env_id, policy.parameters = self.env_id, self.parameter_texts
+        return policy
+
+    def _returns(
+        self,
+        policy: PolicyFile,
+        world: Mapping[str, tuple[float, float]],
+        first_seed: int,
+        episodes: int,
+    ) -> NDArray[np.float64]:
+        network = _core.Policy.from_bytes(f"after {self.all_steps} steps", to_bytes(policy))
+        return self._evaluation.returns(network, world, first_seed, episodes)
 
     def save_checkpoint(self) -> None:
         """Saves the state for `resume`. The old checkpoint stays until this one is complete."""
@@ -208,6 +268,7 @@ class Stage(ABC):
             "steps_before": self._steps_before,
             "seconds": self.seconds,
             "best": self.best,
+            **({"moves": self.curriculum.moves, "trials": self._trials} if self.curriculum else {}),
         }
         (unfinished / STATE).write_text(json.dumps(state, indent=1) + "\n")
         old = self.folder / f"{CHECKPOINT}.old"
