@@ -46,6 +46,8 @@ def test_ranges_begin_next_to_gymnasium_s_values():
         "action_delay": (0.0, 0.0),
         "motor_strength": (0.9, 0.9),
     }
+    pushed = {"push_interval": (1.0, 3.0), "push_impulse": (0.0, 9.0)}
+    assert Curriculum(ID, {}, pushed, GROWTH).world["push_impulse"] == (0.0, 0.0)
 
 
 def test_one_end_after_another_moves_by_its_return():

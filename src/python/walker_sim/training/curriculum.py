@@ -10,6 +10,9 @@ import numpy as np
 from walker_sim import _core
 from walker_sim.worlds import World, world_parameters
 
+ABSENT = {"push_impulse": 0.0}
+"""What means Gymnasium's world, where that is not a parameter's default."""
+
 
 class Curriculum:
     """Ranges that begin at Gymnasium's values and grow towards those of a world.
@@ -51,7 +54,8 @@ class Curriculum:
         self._lower, self._upper = growth["thresholds"]
         known = {each["name"]: each for each in world_parameters(env_id)}
         self._begin = {
-            name: _closest(known[name]["default"], low, high) for name, (low, high) in world.items()
+            name: _closest(ABSENT.get(name, known[name]["default"]), low, high)
+            for name, (low, high) in world.items()
         }
         self._ends: list[tuple[str, int]] = []
         self._values: list[list[float]] = []  # of each end, on its way
