@@ -32,11 +32,11 @@ BEGIN, END = "<!-- cards begin: written by scripts/dev/ship_policy.py -->", "<!-
 RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 
 CARD = """\
-# {id}
+# {name}
 
 `python3 -m walker_sim train {trained}` with
-[config/training/{trained}.yaml](../../config/training/{trained}.yaml) made
-`assets/policies/{id}.safetensors`.
+[config/training/{settings_name}.yaml](../../config/training/{settings_name}.yaml) made
+`assets/policies/{name}.safetensors`.
 
 | | |
 |---|---|
@@ -44,7 +44,7 @@ CARD = """\
 | network | {layers}, {activation} |
 | steps | {steps:,}; best evaluation, on seeds {first} to {last}, after {chosen:,} |
 | wall time | {minutes:.0f} min on {machine} |
-| settings' SHA-256 | `{settings}` |
+| settings' SHA-256 | `{settings}` |{world}
 
 Returns over the 1000 seeds 1000000 to 1000999, which training does not use:
 
@@ -52,31 +52,31 @@ Returns over the 1000 seeds 1000000 to 1000999, which training does not use:
 |---|---|---|---|---|
 | **{mean:.1f}** | {standard_deviation:.1f} | {least:.1f} | {most:.1f} | {ends} |
 
-`python3 -m walker_sim evaluate {id} --policy shipped --seeds {seeds}` prints them.
+`python3 -m walker_sim evaluate {id} --policy {kind} --seeds {seeds}` prints them.
 
-![0.8 s of its gait, from step 200]({id}_gait.png)
+![0.8 s of its gait, from step 200]({name}_gait.png)
 
-![Returns over steps]({id}.png)
+![Returns over steps]({name}.png)
 """
 
 FIRST_STEP, PICTURES, SECONDS = 200, 8, 0.8  # of the gait
 
 
-def evaluate(env_id):
-    """Returns the command's summary for the shipped policy."""
+def evaluate(env_id, kind):
+    """Returns the command's summary for the shipped policy of a kind."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder, "evaluation.json")
-        options = ["--policy", "shipped", "--seeds", SEEDS, "--json", str(path)]
+        options = ["--policy", kind, "--seeds", SEEDS, "--json", str(path)]
         if walker_sim(["evaluate", env_id, *options]) != 0:
             sys.exit(1)
         return json.loads(path.read_text())
 
 
-def draw_gait(env_id, path):
+def draw_gait(env_id, kind, path):
     """Draws SECONDS of the shipped policy's episode as pictures side by side."""
     camera = {} if env_id.startswith("Bipedal") else {"camera_name": "track"}
     environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array", **camera)
-    policy = _core.Policy(str(shipped_policy(env_id)))
+    policy = _core.Policy(str(shipped_policy(env_id, kind)))
     observation, _ = environment.reset(seed=1_000_000)
     action = np.empty(environment.action_space.shape)
     every = max(round(SECONDS / PICTURES / environment.unwrapped.dt), 1)
@@ -126,29 +126,38 @@ def main():
         "--on", required=True, metavar="WHAT", help="machine of the training, for the card"
     )
     parser.add_argument("--also", metavar="ID", help="ship it for this environment instead")
+    parser.add_argument(
+        "--robust", action="store_true", help="ship it beside the present one, as ID-robust"
+    )
     arguments = parser.parse_args()
     run = arguments.run
     policy = _core.Policy(os.fsencode(run / "policy.safetensors"))
     notes = policy.notes
     env_id = arguments.also or policy.id
+    kind, suffix = ("robust", "-robust") if arguments.robust else ("shipped", "")
+    name, settings_name = env_id + suffix, policy.id + suffix
     cards = ROOT / "docs" / "policies"
     cards.mkdir(exist_ok=True)
-    shutil.copy(run / "policy.safetensors", ROOT / "assets/policies" / f"{env_id}.safetensors")
-    file = ROOT / "config/training" / f"{policy.id}.yaml"
+    shutil.copy(run / "policy.safetensors", ROOT / "assets/policies" / f"{name}.safetensors")
+    file = ROOT / "config/training" / f"{settings_name}.yaml"
     # An equal file may have comments, so it is kept.
     if not file.exists() or read_settings(file).hash() != notes["settings"]:
         shutil.copy(run / "settings.yaml", file)
     settings = read_settings(file)
-    shutil.copy(run / "curve.png", cards / f"{env_id}.png")
-    summary = evaluate(env_id)
+    shutil.copy(run / "curve.png", cards / f"{name}.png")
+    summary = evaluate(env_id, kind)
     ends = [outcome["end"] for outcome in summary["outcomes"]]
     last = read_curve(run / "curve.csv")[-1]
-    draw_gait(env_id, cards / f"{env_id}_gait.png")
+    draw_gait(env_id, kind, cards / f"{name}_gait.png")
     layers = read_policy(run / "policy.safetensors").layers
     sizes = [policy.observation_size, *(len(bias) for _, bias in layers)]
     stages = [settings.stage(index) for index in range(settings.num_stages)]
     text = CARD.format(
         id=env_id,
+        name=name,
+        kind=kind,
+        settings_name=settings_name,
+        world=f"\n| world | `{notes['world']}` |" if "world" in notes else "",
         trained=policy.id,
         stages=", then ".join(
             f"{stage.algorithm.upper()} ({stage.steps / 1e6:g} M steps)" for stage in stages
@@ -167,9 +176,9 @@ def main():
         seeds=SEEDS,
         **{name: summary[name] for name in ("mean", "standard_deviation", "least", "most")},
     )
-    (cards / f"{env_id}.md").write_text(text)
+    (cards / f"{name}.md").write_text(text)
     write_table(cards)
-    print(cards / f"{env_id}.md")
+    print(cards / f"{name}.md")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #include "agents/options.h"
 
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
@@ -18,7 +19,7 @@ std::vector<ParameterDescription> agent_parameters() {
   constexpr double kMaxSeed = 2147483647.0;  // XML-RPC integers have 32 bits
   return {
       {"agent", std::string("heuristic"), "", "Agent: policy, heuristic or random.", 0, 0},
-      {"policy", std::string(), "", "Policy file; empty: the policy shipped for the environment.",
+      {"policy", std::string(), "", "Policy file; empty: the policy shipped for the environment; robust: its robust one.",
        0, 0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
       {"env", std::string(), "", "Id of the environment; empty: the server's.", 0, 0},
@@ -78,9 +79,15 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
     }
     return make_agent(options.agent, specification, options.agent_seed);
   }
-  if (!options.policy.empty()) return make_policy_agent(expand_home(options.policy), specification);
-  const std::string file =
-      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id + ".safetensors";
+  const bool is_robust = options.policy == "robust";
+  if (!options.policy.empty() && !is_robust) {
+    return make_policy_agent(expand_home(options.policy), specification);
+  }
+  const std::string file = ros::package::getPath("walker_sim") + "/assets/policies/" +
+                           specification.id + (is_robust ? "-robust" : "") + ".safetensors";
+  if (is_robust && !std::ifstream(file)) {
+    throw std::invalid_argument("policy = robust: the package has none for " + specification.id);
+  }
   return make_policy_agent(file, specification);
 }
 

@@ -186,12 +186,12 @@ void PushTool::pull() {
   }
   publish();
 
-  constexpr float kThickness = 0.04F;  // [m]
+  constexpr float kThickness = 0.07F;  // [m]
   const auto length = static_cast<float>(drag.norm());
   const bool is_visible = length > kThickness;
   arrow_->getSceneNode()->setVisible(is_visible);
   if (is_visible) {
-    const float head = std::min(0.15F, length / 2);
+    const float head = std::min(0.25F, length / 2);
     arrow_->set(length - head, kThickness, head, 2.5F * kThickness);
     arrow_->setPosition(to_ogre(held));
     arrow_->setDirection(to_ogre(drag));

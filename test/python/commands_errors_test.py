@@ -11,7 +11,7 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("hardcore=true hardcore=true", "parameter hardcore: given twice"),
     (
         "--policy walk",
-        "--policy walk: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or ",
+        "--policy walk: must be heuristic, random, zero, shipped, robust, FILE.safetensors, ",
     ),
     ("--policy no_such:walk", "--policy no_such:walk: No module named 'no_such'"),
     ("--policy math:walk", "--policy math:walk: module 'math' has no attribute"),

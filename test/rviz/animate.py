@@ -2,8 +2,10 @@
 
 import os
 import sys
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Mapping, NamedTuple
 
+from hand import Hand, trunk_pixel
 from PIL import Image
 from stage import Stage
 from view_geometry import ROOT
@@ -26,6 +28,8 @@ class Scene(NamedTuple):
         Steps from one picture to the next.
     duration : int
         Display time of each picture [ms], a multiple of GIF's unit of 10 ms.
+    pushes : dict
+        Maps a step to the pixels to the right by which the mouse then drags the trunk; 0: lets go.
     """
 
     seed: int
@@ -33,11 +37,14 @@ class Scene(NamedTuple):
     last: int
     stride: int
     duration: int
+    pushes: Mapping[int, int] = MappingProxyType({})
 
+
+PUSHES = MappingProxyType({90: -125, 102: 0, 189: 140, 201: 0})
 
 # In real time: 3 steps of 0.02 s in 60 ms; 8 steps of 0.008 s in 60 ms.
 SCENES = {
-    "BipedalWalker-v3": ("bipedal_walker", Scene(0, 0, 300, 3, 60)),
+    "BipedalWalker-v3": ("bipedal_walker", Scene(0, 0, 300, 3, 60, PUSHES)),
     "BipedalWalkerHardcore-v3": ("bipedal_walker_hardcore", Scene(3, 120, 420, 3, 60)),
     "Walker2d-v5": ("walker2d", Scene(0, 40, 760, 8, 60)),
 }
@@ -45,12 +52,28 @@ SCENES = {
 
 def take_pictures(stage, env, scene):
     with stage.show(env) as show:
+        hand, place = Hand(show.screen), None
+        if scene.pushes:
+            left, upper, _, _ = show.picture_box()
+            hand.click((left + 30, upper + 30))
+            hand.do("key", "u")  # the tool that pushes
         transition = show.reset(scene.seed)
         pictures = [show.settled_picture(times=20)]
         while transition.step < scene.last:
             transition = show.walk(transition)
             if transition.terminated or transition.truncated:
                 raise SystemExit(f"{env}, seed {scene.seed}: ended at step {transition.step}")
+            drag = scene.pushes.get(transition.step)
+            if drag:
+                place = trunk_pixel(show, env, transition.header.stamp)
+                hand.do("mousemove", *place, "mousedown", 1)
+                place[0] += drag
+            elif drag == 0:
+                hand.do("mouseup", 1)
+                place = None
+            if place is not None:
+                # The goal moves with the camera, which follows the walker, when the mouse moves.
+                hand.do("mousemove", place[0] + transition.step % 2, place[1])
             if transition.step % scene.stride == 0:
                 pictures.append(show.settled_picture(before=pictures[-1]))
                 if transition.step <= scene.first:

@@ -3,48 +3,19 @@
 import contextlib
 import os
 import signal
-import subprocess
 import time
 import xmlrpc.client
 
-import numpy as np
 import pytest
 import rospy
 from geometry_msgs.msg import WrenchStamped
+from hand import Hand, trunk_of, trunk_pixel
 from stage import Stage, wait_for
-from view_geometry import View, shapes_of, world_poses
 from walker_sim.msg import Episode, Transition
 from walker_sim.srv import GetSpec, Snapshot
 
 # Colours of the buttons' icons, as in walker_panel.cpp.
 RESET, PAUSE, STEP = (20, 120, 110), (200, 110, 0), (90, 70, 170)
-
-
-class Hand:
-    """The mouse and the keyboard of the screen."""
-
-    def __init__(self, screen):
-        self._screen = screen
-
-    def do(self, *arguments):
-        subprocess.run(
-            ["xdotool", *map(str, arguments)],
-            env={**os.environ, "DISPLAY": self._screen.display},
-            check=True,
-        )
-
-    def click(self, point):
-        self.do("mousemove", *point, "click", 1)
-
-    def find(self, color):
-        """Returns the centre of the icon of this colour; None if there is none."""
-        picture = np.asarray(self._screen.grab().convert("RGB")).astype(int)
-        rows, columns = np.nonzero((abs(picture - color) < 6).all(axis=2))
-        return (int(columns.mean()), int(rows.mean())) if len(rows) > 40 else None
-
-    def press(self, color):
-        """Clicks the button with the icon of this colour."""
-        self.click(wait_for(lambda: self.find(color), f"the button of the colour {color}"))
 
 
 class Heard:
@@ -146,16 +117,8 @@ def test_tool(show):
     hand = Hand(show.screen)
     with heard("/transition", Transition) as steps, heard("/push", WrenchStamped) as pushes:
         pause_at_the_beginning(hand, steps.messages)
-        view = View("bipedal_walker" if show.env.startswith("Bipedal") else "walker2d")
-        trunk = "hull" if show.env.startswith("Bipedal") else "torso"
-        frames = [trunk, view.target]
-        stamp = steps.messages[-1].header.stamp
-        poses = world_poses(show.transforms_at(stamp, frames), frames)
-        left, upper, right, lower = show.picture_box()
-        shape = next(s for name, s in shapes_of(view.robot).items() if name == trunk)
-        size = (right - left, lower - upper)
-        pixel = view.project(shape.at(poses[trunk]), poses[view.target][0], size)[0]
-        column, row = np.add(pixel, (left, upper)).round().astype(int)
+        column, row = trunk_pixel(show, show.env, steps.messages[-1].header.stamp)
+        left, upper, _, _ = show.picture_box()
         # A drag that begins on the trunk pushes it.
         hand.click((left + 30, upper + 30))
         hand.do("key", "u")
@@ -163,7 +126,7 @@ def test_tool(show):
         hand.do("mousemove", column, row, "mousedown", 1)
         hand.do("mousemove", column + 40, row, "mousemove", column + 80, row)
         wait_for(lambda: pushes.messages, "a push")
-        assert {push.header.frame_id for push in pushes.messages} == {trunk}
+        assert {push.header.frame_id for push in pushes.messages} == {trunk_of(show.env)[1]}
         spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
         time.sleep(0.5)  # the tool publishes with every picture
         show.step([0.0] * spec.action_size)

@@ -29,6 +29,7 @@ POLICY is one of
   random           uniform between the action's bounds, from a generator with the episode's seed
   zero             zero actions
   shipped          the trained network that the package includes for ID
+  robust           likewise, trained in many worlds (BipedalWalker-v3, Walker2d-v5)
   FILE.safetensors a trained network, written by `train` or `convert`
   FILE.zip         a model saved by Stable-Baselines3 or its contrib, which acts deterministically.
                    Opening such a file can run code: use only files that you trust
@@ -66,8 +67,8 @@ def make_policies(
     if ":" in text:
         return _user_functions(text, size)
     raise InputError(
-        f"--policy {text}: must be heuristic, random, zero, shipped, FILE.safetensors, FILE.zip or"
-        " MODULE:FUNCTION"
+        f"--policy {text}: must be heuristic, random, zero, shipped, robust, FILE.safetensors,"
+        " FILE.zip or MODULE:FUNCTION"
     )
 
 
@@ -77,11 +78,13 @@ def policy_text(options: argparse.Namespace) -> str:
     return f"{options.policy}{beside}"
 
 
-def shipped_policy(env_id: str) -> Path:
-    """Returns the policy file that ships with the package; InputError if there is none."""
-    path = package_file(f"assets/policies/{env_id}.safetensors")
+def shipped_policy(env_id: str, kind: str = "shipped") -> Path:
+    """Returns the policy file that ships with the package, `kind` shipped or robust; InputError if
+    there is none."""
+    name = env_id if kind == "shipped" else f"{env_id}-{kind}"
+    path = package_file(f"assets/policies/{name}.safetensors")
     if path is None:
-        raise InputError(f"--policy shipped: there is none for {env_id}; `train` makes one")
+        raise InputError(f"--policy {kind}: there is none for {env_id}; `train` makes one")
     return path
 
 
@@ -115,7 +118,7 @@ def find_network(
     text = options.policy
     if options.normalization is not None and not text.endswith(".zip"):
         raise InputError(f"--normalization {options.normalization}: only for --policy FILE.zip")
-    path = str(shipped_policy(env_id)) if text == "shipped" else text
+    path = str(shipped_policy(env_id, text)) if text in ("shipped", "robust") else text
     if not path.endswith(".safetensors"):
         return None
     try:
