@@ -60,7 +60,8 @@ TREE = {
     ),
     "Evidence": "fidelity compatibility reliability security benchmark engines",
     "Reference": "python_api cpp_api",
-    "Work on it": "architecture adding_an_environment testing /CONTRIBUTING /SECURITY releasing /CHANGELOG",
+    "Work on it": "architecture adding_an_environment testing releasing"
+    " /CONTRIBUTING /SECURITY /CHANGELOG",
     "Speed, in depth": "box2d_speed mujoco_speed pool transport",
     "Examples": "/examples/README /examples/my_walker_pkg/README",
 }

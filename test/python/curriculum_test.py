@@ -58,6 +58,8 @@ def test_one_end_after_another_moves_by_its_return():
     assert curriculum.world["friction_scale"] == (0.875, 1.0)
     assert curriculum.trial(4)["friction_scale"] == (0.875, 0.875)
     assert curriculum.trial(5)["friction_scale"] == (1.0, 1.0)
+    assert curriculum.training_worlds[2:4] == [curriculum.world, curriculum.trial(1)]
+    assert len(curriculum.training_worlds) == 8
     for _ in range(9):
         curriculum.take(1, 20.0)
     assert curriculum.world["friction_scale"] == (0.875, 1.5)
@@ -99,7 +101,9 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, algorithm):
     resumed.resume()
     assert resumed.world == grown
     if kind is Training:
-        assert resumed.walkers.get_attr("world")[0] == grown
+        worlds = resumed.walkers.get_attr("world")
+        assert worlds[0] == worlds[2] == grown
+        assert worlds[1] == resumed.curriculum.trial(0)
     resumed.run()
     resumed.close()
     assert resumed.world == WORLD

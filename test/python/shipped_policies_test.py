@@ -17,6 +17,8 @@ from walker_sim.training.settings import read_settings
 
 ROOT = pathlib.Path(__file__).parents[2]
 IDS = (*BIPEDAL_WALKERS, *MUJOCO_WALKERS)
+SHIPPED = [(env_id, "shipped") for env_id in IDS]
+ROBUST = [("BipedalWalker-v3", "robust"), ("Walker2d-v5", "robust")]
 MIN_MEAN_RETURN = {
     "BipedalWalker-v3": 338,
     "BipedalWalkerHardcore-v3": 290,
@@ -24,8 +26,15 @@ MIN_MEAN_RETURN = {
     "Walker2d-v5": 8000,
     "Hopper-v4": 3500,
     "Hopper-v5": 3500,
+    "BipedalWalker-v3-robust": 321,
+    "Walker2d-v5-robust": 6441,
 }
 MAX_SIZE = 1_000_000  # [bytes]
+
+
+def name_of(env_id, kind):
+    """Returns the name of the policy's file and card."""
+    return env_id if kind == "shipped" else f"{env_id}-{kind}"
 
 
 def play(environment, env_id, seed):
@@ -47,14 +56,14 @@ def test_every_environment_has_a_policy():
     assert sorted(IDS) == sorted(_core.ids())
 
 
-@pytest.mark.parametrize("env_id", IDS)
-def test_file_is_small_and_names_its_settings(env_id):
-    path = shipped_policy(env_id)
+@pytest.mark.parametrize(("env_id", "kind"), SHIPPED + ROBUST)
+def test_file_is_small_and_names_its_settings(env_id, kind):
+    path = shipped_policy(env_id, kind)
     assert path.stat().st_size < MAX_SIZE
     policy = _core.Policy(str(path))
     # An environment may ship the policy of its robot's other version.
     assert policy.id.partition("-")[0] == env_id.partition("-")[0]
-    settings = read_settings(ROOT / "config/training" / f"{policy.id}.yaml")
+    settings = read_settings(ROOT / "config/training" / f"{name_of(policy.id, kind)}.yaml")
     assert policy.notes["settings"] == settings.hash()
     assert policy.notes["seed"] == str(settings.seed)
     assert int(policy.notes["steps"]) <= settings.steps_before(settings.num_stages) * 1.01
@@ -107,14 +116,15 @@ def test_walker2d_walks_over_rough_ground(tmp_path, command):
     assert np.mean([each["return"] for each in outcomes]) > 7000
 
 
-@pytest.mark.parametrize("env_id", IDS)
-def test_returns_equal_the_cards(env_id, tmp_path, command):
-    card = (ROOT / "docs/policies" / f"{env_id}.md").read_text()
+@pytest.mark.parametrize(("env_id", "kind"), SHIPPED + ROBUST)
+def test_returns_equal_the_cards(env_id, kind, tmp_path, command):
+    name = name_of(env_id, kind)
+    card = (ROOT / "docs/policies" / f"{name}.md").read_text()
     row = re.search(r"^\| \*\*(\S+)\*\* \| (\S+) \| (\S+) \| (\S+) \|", card, re.MULTILINE)
     file = tmp_path / "evaluation.json"
     seeds = ["--seeds", "1000000:1001000"]
-    command("evaluate", env_id, "--policy", "shipped", *seeds, "--json", file)
+    command("evaluate", env_id, "--policy", kind, *seeds, "--json", file)
     returns = np.array([each["return"] for each in json.loads(file.read_text())["outcomes"]])
     figures = (returns.mean(), returns.std(ddof=1), returns.min(), returns.max())
     assert tuple(f"{figure:.1f}" for figure in figures) == row.groups()
-    assert returns.mean() >= MIN_MEAN_RETURN[env_id]
+    assert returns.mean() >= MIN_MEAN_RETURN[name]

@@ -80,6 +80,14 @@ class Curriculum:
         return {name: (low, high) for name, (low, high) in ranges.items()}
 
     @property
+    def training_worlds(self) -> list[World]:
+        """The worlds of training episodes, in turn: the present ranges, and each range's ends."""
+        worlds = []
+        for turn in range(max(len(self._ends), 1)):
+            worlds += [self.world, self.trial(turn)]
+        return worlds
+
+    @property
     def progress(self) -> float:
         """Part of all ways that the ends have gone, from 0 to 1."""
         return sum(self.moves) / max(sum(len(values) - 1 for values in self._values), 1)

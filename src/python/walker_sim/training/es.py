@@ -76,12 +76,13 @@ class Evolution(Stage):
         networks = [self._network.with_parameters(candidate) for candidate in candidates]
         first_seed = FIRST_TRAINING_SEED + (settings.seed << 20) + (self.index << 36)
         num_groups = 1 if settings.common_seeds else len(candidates) // 2  # with seeds of their own
-        jobs = []
+        worlds, jobs = self.training_worlds, []
         for index in range(len(candidates)):
             group = self._updates * num_groups + index // 2 % num_groups
             for offset in range(settings.episodes):
-                jobs.append((index, first_seed + group * settings.episodes + offset, 0))
-        episodes = play_jobs(self._player, networks, [self.world], jobs)
+                number = group * settings.episodes + offset
+                jobs.append((index, first_seed + number, number % len(worlds)))
+        episodes = play_jobs(self._player, networks, worlds, jobs)
         returns = np.array([episode.episode_return for episode in episodes])
         returns = returns.reshape(len(candidates), settings.episodes)
         worth = returns.mean(axis=1) - settings.deviation_weight * returns.std(axis=1)

@@ -47,11 +47,12 @@ class Training(Stage):
         settings = self.settings
         if walkers is None:
             parameters = {**settings.parameters, "num_threads": self.num_threads}
-            walkers = sb3.VecEnv(env_id, settings.num_envs, world=self.world, **parameters)
+            walkers = sb3.VecEnv(env_id, settings.num_envs, world=settings.world, **parameters)
         self.walkers = learner.wrap(walkers, settings)
         self.model = learner.make_learner(settings, self.walkers)
         if start is not None:
             learner.begin_with(start, self.model)
+        self._set_worlds()
         self.model.num_threads = self.num_threads or os.cpu_count() or 1
         self.walkers.seed(FIRST_TRAINING_SEED + (settings.seed << 20))
         self.networks: deque[Sequence[NDArray[np.float32]]] = deque(maxlen=settings.average_updates)
@@ -96,7 +97,13 @@ class Training(Stage):
     def after_update(self) -> None:
         self.networks.append(learner.actor_arrays(self.model))
         if self.steps > 0 and self.grow():
-            self.walkers.unwrapped.set_world(self.world)
+            self._set_worlds()
+
+    def _set_worlds(self) -> None:
+        """Sets the worlds of the walkers' next episodes to the curriculum's."""
+        if self.curriculum:
+            worlds, count = self.training_worlds, self.settings.num_envs
+            self.walkers.unwrapped.set_world([worlds[i % len(worlds)] for i in range(count)])
 
     def policy(self) -> PolicyFile:
         """Returns the mean of the latest networks with the present observation statistics."""
@@ -137,8 +144,7 @@ class Training(Stage):
         self.walkers.obs_rms, self.walkers.ret_rms = saved.obs_rms, saved.ret_rms
         with np.load(folder / "networks.npz") as file:
             self.networks.extend(zip(*(file[name] for name in file.files)))
-        if self.curriculum:
-            self.walkers.unwrapped.set_world(self.world)
+        self._set_worlds()
         counts = json.loads((folder / "counts.json").read_text())
         self.model.num_timesteps = counts["steps"]
         self.model._n_updates = counts["updates"]

@@ -146,6 +146,11 @@ class Stage(ABC):
         return self.curriculum.world if self.curriculum else dict(self.settings.world)
 
     @property
+    def training_worlds(self) -> list[World]:
+        """The worlds of training episodes, in turn."""
+        return self.curriculum.training_worlds if self.curriculum else [self.world]
+
+    @property
     def parameter_texts(self) -> dict[str, str]:
         """The environment's parameters that the training aims at, for the policy's file."""
         return {name: str(value) for name, value in self.goal.parameters.items()}
