@@ -52,7 +52,7 @@ ERRORS = [
         "evaluate Walker2d-v5 exclude_current_positions_from_observation=false",
         "--policy heuristic: agent = heuristic: needs Walker2d-v5 with exclude_current_positions",
     ),
-    (f"record {WALKER}", "one of the arguments --output --check is required"),
+    (f"record {WALKER}", "one of the arguments --output --minari --check is required"),
     (f"record {WALKER} --output walk.zip", "--output walk.zip: must end in .npz"),
     (f"record {WALKER} --check walk.npz", "--check walk.npz: not allowed with walker"),
     ("record --check /no/such.npz", "No such file or directory: '/no/such.npz'"),

@@ -14,7 +14,7 @@ from walker_sim.commands.parser import InputError, Parser
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
     "play": "shows a walker in a window, in real time",
-    "record": "writes episodes to a file, or checks that a file's episodes repeat to the bit",
+    "record": "writes episodes to a file or a data set, or checks that a file's repeat to the bit",
     "train": "trains a policy with Stable-Baselines3 on many walkers at once",
     "convert": "converts a model of Stable-Baselines3 or ONNX to a policy file",
     "bench": "measures steps per second beside Gymnasium's own walker",

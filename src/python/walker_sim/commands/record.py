@@ -1,4 +1,5 @@
-"""``record``: records episodes in a file, or checks that a file's episodes repeat to the bit."""
+"""``record``: records episodes in a file or a data set, or checks that a file's episodes repeat to
+the bit."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, Steps, play, progress
+from walker_sim.commands.minari_dataset import DatasetWriter
 from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
 from walker_sim.worlds import text_of, to_world
@@ -20,9 +22,9 @@ FORMAT = 1
 EPISODES = 10
 
 DESCRIPTION = """\
-Plays one episode for each seed and writes the episodes to one .npz file. With --check FILE, resets
-with the seeds of such a file, repeats its actions and compares every bit of observations, rewards,
-flags and infos.
+Plays one episode for each seed and writes the episodes to one .npz file or to a data set of Minari.
+With --check FILE, resets with the seeds of such a file, repeats its actions and compares every bit
+of observations, rewards, flags and infos.
 """
 
 FILE_HELP = """\
@@ -44,14 +46,23 @@ numpy.load(FILE) reads the file, without pickle. With T steps and E episodes in 
   format                          1
 """
 
+MINARI_HELP = """\
+minari.load_dataset(DATASET_ID) reads a data set, which is in MINARI_DATASETS_PATH, or in
+~/.minari/datasets. Its episodes have the file's arrays, and seed and options of the reset as
+metadata; infos are NaN where absent. The data set's metadata has the environment and, as the file,
+parameters, policy, world, transport, engine and versions.
+"""
+
 EPILOG = f"""\
 {common.WALKER_HELP}
 {POLICY_HELP}
 {FILE_HELP}
+{MINARI_HELP}
 examples:
   python3 -m walker_sim record BipedalWalker-v3 --output walk.npz
   python3 -m walker_sim record Walker2d-v5 --policy model.zip --seeds 0:50 --output expert.npz
   python3 -m walker_sim record BipedalWalker-v3 --world hard --output hard.npz
+  python3 -m walker_sim record Walker2d-v5 --policy shipped --minari walker2d/shipped-v0
   python3 -m walker_sim record --check walk.npz
   python3 -m walker_sim record --check walk.npz --transport ros    # the same bits over ROS
 """
@@ -64,6 +75,9 @@ def run(arguments: Sequence[str]) -> int:
         "--output", type=common.output_file, metavar="FILE", help="the .npz file to write"
     )
     action.add_argument(
+        "--minari", metavar="DATASET_ID", help="the data set to write, e.g. walker2d/shipped-v0"
+    )
+    action.add_argument(
         "--check", type=Path, metavar="FILE", help="repeat this file's episodes, on its environment"
     )
     common.add_episodes(parser, EPISODES)
@@ -73,29 +87,42 @@ def run(arguments: Sequence[str]) -> int:
     options = parser.parse_intermixed_args(arguments)
     if options.check:
         return _check(options)
-    if options.output.suffix != ".npz":
+    if options.output and options.output.suffix != ".npz":
         raise common.InputError(f"--output {options.output}: must end in .npz")
-    env_id, parameters = common.walker_of(options.walker)
+    env_id, options.parameters = common.walker_of(options.walker)
+    writer = None if options.minari is None else DatasetWriter(env_id, options)
+    episodes, specification = _play(options, env_id)
+    if writer is None:
+        np.savez_compressed(options.output, **arrays_of(episodes, specification, options))
+        name, files = str(options.output), [options.output]
+    else:
+        folder = writer.write(episodes, specification)
+        name, files = f"{options.minari} in {folder}", [*folder.glob("data/*")]
+    steps = sum(episode.length for episode in episodes)
+    size = sum(file.stat().st_size for file in files) / 1e6
+    print(f"{name}: {len(episodes)} episodes, {steps:,} steps, {size:.1f} MB")
+    return 0
+
+
+def _play(options: argparse.Namespace, env_id: str) -> tuple[list[Episode], Specification]:
+    """Plays the episodes and returns them in the order of the seeds."""
     seeds = common.chosen_seeds(options)
-    walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
-    policies = make_policies(options, env_id, parameters, walkers.specification)
+    walkers = common.make_walkers(options, env_id, options.parameters, options.num_envs, len(seeds))
+    specification = walkers.specification
+    policies = make_policies(options, env_id, options.parameters, specification)
     episodes = []
     with progress(len(seeds)) as show:
         for episode in play(walkers, seeds, policies, keeps_steps=True):
             show(episode)
             episodes.append(episode)
+    walkers.close()
     episodes.sort()
     for episode in episodes:
         if episode.length == 0:
             raise common.InputError(
                 f"seed {episode.seed}: the simulation failed at its reset: {episode.error}"
             )
-    np.savez_compressed(options.output, **arrays_of(episodes, walkers.specification, options))
-    walkers.close()
-    steps = sum(episode.length for episode in episodes)
-    size = options.output.stat().st_size / 1e6
-    print(f"{options.output}: {len(episodes)} episodes, {steps:,} steps, {size:.1f} MB")
-    return 0
+    return episodes, specification
 
 
 def arrays_of(

@@ -1,0 +1,143 @@
+"""Writes episodes as a data set of Minari, Farama's library for offline reinforcement learning."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+import shutil
+import warnings
+from pathlib import Path
+from typing import Any, Mapping, Sequence
+
+import gymnasium
+import numpy as np
+
+from walker_sim.commands.episodes import Episode
+from walker_sim.commands.options import InputError
+from walker_sim.commands.policies import policy_text
+from walker_sim.registration import NAMESPACE
+from walker_sim.transport import Specification, release_of
+from walker_sim.worlds import range_text, read_world, text_of
+
+# Minari's own pattern, but a namespace has no empty folder and the version is not optional: Minari
+# accepts an id without one and then fails.
+_ID = re.compile(r"([-\w]+/)*[-\w]+-v[0-9]+", re.ASCII)
+
+
+class DatasetWriter:
+    """Writer of a new data set. Making it refuses all that can be refused before episodes are
+    played, with an InputError.
+
+    Parameters
+    ----------
+    env_id
+        The environment of the episodes.
+    options
+        Options of `record`, with `minari`, the id of the data set, and `parameters`.
+    """
+
+    def __init__(self, env_id: str, options: argparse.Namespace) -> None:
+        self._options = options
+        self._minari = _import_minari()
+        self._check_id()
+        self._environment = _make_environment(env_id, options)
+
+    def _check_id(self) -> Path:
+        """Returns the folder of the data set; InputError if the id is invalid or taken."""
+        dataset_id = self._options.minari
+        if not _ID.fullmatch(dataset_id):
+            raise InputError(
+                f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before"
+            )
+        folder = Path(self._minari.storage.get_dataset_path(dataset_id))
+        if folder.exists():
+            raise InputError(f"--minari {dataset_id}: {folder} exists; `minari delete` removes it")
+        return folder
+
+    def write(self, episodes: Sequence[Episode], specification: Specification) -> Path:
+        """Writes the episodes in their order and returns the data set's folder.
+
+        The environment of `recover_environment` repeats an episode to the bit after a reset with
+        the `seed` and `options` of its metadata. If writing fails, no part of the data set stays.
+        """
+        folder = self._check_id()  # again: the episodes took their time
+        policy = policy_text(self._options)
+        engine = f"{specification['engine']} {release_of(specification['engine_version'])}"
+        try:
+            with warnings.catch_warnings():
+                # Author and link of a data set are its publisher's to add.
+                words = r"`(author|author_email|code_permalink|eval_env)` is"
+                warnings.filterwarnings("ignore", words)
+                dataset = self._minari.create_dataset_from_buffers(
+                    self._options.minari,
+                    [_buffer_of(episode, specification["info_names"]) for episode in episodes],
+                    env=self._environment,
+                    algorithm_name=policy,
+                    description=(
+                        f"{len(episodes)} episodes of {specification['id']} with policy {policy}, "
+                        f"recorded by walker_sim {specification['version']} on {engine}"
+                    ),
+                )
+            dataset.storage.update_metadata(_origin_of(specification, self._options))
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        return folder
+
+
+def _import_minari() -> Any:
+    try:
+        for name in ("h5py", "PIL"):  # Minari imports them when it writes, and does not declare PIL
+            importlib.import_module(name)
+        return importlib.import_module("minari")
+    except ImportError as error:
+        raise InputError(
+            f"--minari: needs Minari: pip install 'minari[hdf5]' pillow ({error})"
+        ) from error
+
+
+def _make_environment(env_id: str, options: argparse.Namespace) -> Any:
+    """Makes the environment whose specification and spaces the data set has. It is in process also
+    if the episodes are a server's, so that every reader of the data set can make it."""
+    keywords = dict(options.parameters)
+    if keywords.get("max_episode_steps") == 0:
+        keywords["max_episode_steps"] = -1  # Gymnasium's word for no limit
+    try:
+        if options.world is not None:
+            keywords["world"] = range_text(read_world(options.world))
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", ".*is out of date")  # v4, which the user has chosen
+            return gymnasium.make(f"{NAMESPACE}/{env_id}", **keywords)
+    except (ValueError, TypeError, RuntimeError) as error:
+        raise InputError(str(error)) from error
+
+
+def _buffer_of(episode: Episode, info_names: Sequence[str]) -> Any:
+    buffer: Any = importlib.import_module("minari.data_collector").EpisodeBuffer
+    steps = episode.steps
+    infos = np.array(steps.infos)
+    return buffer(
+        seed=episode.seed,
+        options={"world": text_of(episode.world)} if episode.world else None,
+        observations=np.array(steps.observations),
+        actions=np.array(steps.actions),
+        rewards=np.array(steps.rewards, np.float64),
+        terminations=np.array(steps.terminated),
+        truncations=np.array(steps.truncated),
+        infos={name: infos[:, column] for column, name in enumerate(info_names)},
+    )
+
+
+def _origin_of(specification: Specification, options: argparse.Namespace) -> Mapping[str, Any]:
+    """Returns what the file of `record` says of its origin, beside what Minari records itself."""
+    return {
+        "parameters": dict(specification["parameters"]),
+        "policy": policy_text(options),
+        "world": range_text(read_world(options.world)) if options.world is not None else "",
+        "transport": options.transport,
+        "engine": specification["engine"],
+        "engine_version": specification["engine_version"],
+        "walker_sim_version": specification["version"],
+        "numpy_version": np.__version__,
+    }

@@ -1,0 +1,204 @@
+"""record --minari: Minari's own library reads the episodes, and they repeat to the bit."""
+
+import os
+import warnings
+
+import minari
+import numpy as np
+import pytest
+from gymnasium_reference import equal_bits
+from minari.dataset._storages.hdf5_storage import HDF5Storage
+
+SEEDS = [3, 2**64 - 1, 0]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "datasets"))
+    return tmp_path / "datasets"
+
+
+@pytest.fixture
+def record_dataset(command):
+    """Records a data set without any warning, and returns what Minari loads."""
+
+    def run(dataset_id, *arguments):
+        seeds = ",".join(map(str, SEEDS))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            command("record", *arguments, "--seeds", seeds, "--minari", dataset_id)
+        return minari.load_dataset(dataset_id)
+
+    return run
+
+
+def repeat(environment, seed, options, actions):
+    """Returns an episode's observations, rewards, terminations, truncations and infos."""
+    observation, info = environment.reset(seed=seed, options=options)
+    observations, outcomes, infos = [observation], [], [info]
+    for action in actions:
+        observation, *outcome, info = environment.step(action)
+        observations.append(observation)
+        outcomes.append(outcome)
+        infos.append(info)
+    return (np.array(observations), *map(np.array, zip(*outcomes)), infos)
+
+
+def columns(names, infos):
+    return {name: np.array([info.get(name, np.nan) for info in infos]) for name in names}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "size", "names"),
+    [
+        (["BipedalWalker-v3"], 24, set()),
+        (["BipedalWalker-v3", "--world", "hard", "--policy", "random"], 24, set()),
+        (
+            ["Walker2d-v5", "--world", "{gravity: [-12, -8]}", "ctrl_cost_weight=0.5"],
+            17,
+            {"x_position", "z_distance_from_origin", "x_velocity", "reward_forward", "reward_ctrl"}
+            | {"reward_survive"},
+        ),
+        (
+            ["Hopper-v4", "--policy", "shipped", "max_episode_steps=40"],
+            11,
+            {"x_position", "x_velocity"},
+        ),
+        (
+            ["Hopper-v4", "--policy", "zero", "max_episode_steps=0"],
+            11,
+            {"x_position", "x_velocity"},
+        ),
+    ],
+)
+def test_recovered_environment_repeats_the_episodes(record_dataset, arguments, size, names):
+    dataset = record_dataset("walkers/few-v0", *arguments)
+    assert dataset.total_episodes == len(SEEDS)
+    environment = dataset.recover_environment()
+    assert dataset.observation_space == environment.observation_space
+    assert dataset.action_space == environment.action_space
+    metadata = dataset.storage.get_episode_metadata(range(len(SEEDS)))
+    steps = 0
+    for seed, given, episode in zip(SEEDS, metadata, dataset.iterate_episodes()):
+        assert given["seed"] == seed
+        observations, rewards, terminated, truncated, infos = repeat(
+            environment, seed, given.get("options"), episode.actions
+        )
+        assert episode.observations.shape == (len(episode) + 1, size)
+        assert episode.observations.dtype == environment.observation_space.dtype
+        assert episode.actions.dtype == np.float32
+        assert equal_bits(episode.observations, observations)
+        assert equal_bits(episode.rewards, rewards)
+        assert (episode.terminations == terminated).all()
+        assert (episode.truncations == truncated).all()
+        assert not (episode.terminations | episode.truncations)[:-1].any()
+        assert (episode.terminations | episode.truncations)[-1]
+        assert set(episode.infos) == names
+        for name, values in columns(names, infos).items():
+            assert equal_bits(episode.infos[name], values)
+        steps += len(episode)
+    assert dataset.total_steps == steps
+    environment.close()
+
+
+def test_a_world_without_options_draws_the_same_from_the_seed(record_dataset):
+    dataset = record_dataset("walkers/worlds-v0", "Walker2d-v5", "--world", "{gravity: [-12, -8]}")
+    environment = dataset.recover_environment()
+    drawn = set()
+    metadata = dataset.storage.get_episode_metadata(range(len(SEEDS)))
+    for seed, given, episode in zip(SEEDS, metadata, dataset.iterate_episodes()):
+        found = repeat(environment, seed, None, episode.actions)
+        assert equal_bits(episode.observations, found[0])
+        drawn.add(given["options"]["world"])
+    assert len(drawn) == len(SEEDS)
+    environment.close()
+
+
+def test_dataset_equals_the_file_and_describes_its_origin(record_dataset, record, folder):
+    arguments = ["Walker2d-v5", "--world", "slippery", "--policy", "random"]
+    dataset = record_dataset("random-v3", *arguments)
+    recorded, _ = record(*arguments, "--seeds", ",".join(map(str, SEEDS)))
+    episodes = [*dataset.iterate_episodes()]
+    for name, key in (
+        ("observations", "observations"),
+        ("actions", "actions"),
+        ("rewards", "rewards"),
+        ("terminations", "terminated"),
+        ("truncations", "truncated"),
+    ):
+        found = np.concatenate([getattr(episode, name) for episode in episodes])
+        assert found.dtype == recorded[key].dtype
+        assert equal_bits(found, recorded[key])
+    assert dataset.id == "random-v3"
+    assert dataset.env_spec.id == "walker_sim/Walker2d-v5"
+    assert dataset.spec.data_path == str(folder / "random-v3" / "data")
+    metadata = dataset.storage.metadata
+    for key in ("policy", "transport", "engine", "engine_version", "walker_sim_version"):
+        assert metadata[key] == str(recorded[key])
+    assert metadata["numpy_version"] == np.__version__
+    assert metadata["algorithm_name"] == "random"
+    assert metadata["world"] == "{friction_scale: [0.1, 0.4]}"
+    assert metadata["parameters"]["ctrl_cost_weight"] == "0.001"
+    assert "3 episodes of Walker2d-v5 with policy random" in metadata["description"]
+    worlds = [each["options"]["world"] for each in dataset.storage.get_episode_metadata(range(3))]
+    assert worlds == recorded["worlds"].tolist()
+
+
+def test_the_same_data_set_over_ros(command, serve):
+    server, _ = serve("BipedalWalker-v3", num_envs=2)
+    arguments = ["BipedalWalker-v3", "--seeds", "5,1", "--policy", "random"]
+    command("record", *arguments, "--minari", "in-process-v0")
+    command(
+        *("record", *arguments, "--minari", "over-ros-v0"),
+        *("--transport", "ros", "--server", server, "--num-envs", 2),
+    )
+    ones, others = map(minari.load_dataset, ("in-process-v0", "over-ros-v0"))
+    assert others.storage.metadata["transport"] == "ros"
+    assert ones.env_spec == others.env_spec
+    for one, other in zip(ones.iterate_episodes(), others.iterate_episodes()):
+        assert equal_bits(one.observations, other.observations)
+        assert equal_bits(one.actions, other.actions)
+        assert equal_bits(one.rewards, other.rewards)
+
+
+@pytest.mark.parametrize("dataset_id", ["", "walk", "walk-v", "/walk-v0", "a//b-v0", "../walk-v0"])
+def test_error_names_invalid_id(command, folder, dataset_id):
+    error = command("record", "Hopper-v5", "--minari", dataset_id, status=2).err
+    assert f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before" in error
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["hard=1"], "hard"),
+        (["--world", "{gravity: 3}"], "gravity"),
+        (["--world", "no_such"], "no_such"),
+        (["xml_file=/no/such.xml"], "/no/such.xml"),
+    ],
+)
+def test_error_names_invalid_walker(command, folder, words, message):
+    error = command("record", "Walker2d-v5", *words, "--minari", "walk-v0", status=2).err
+    assert message in error
+    assert not [*folder.glob("walk*")]
+
+
+def test_existing_data_set_is_kept(command, folder):
+    arguments = ["record", "Hopper-v5", "--policy", "zero", "--episodes", 1]
+    command(*arguments, "--minari", "hop/zero-v0")
+    file = folder / "hop/zero-v0/data/main_data.hdf5"
+    before = file.read_bytes()
+    error = command(*arguments, "--minari", "hop/zero-v0", status=2).err
+    assert "--minari hop/zero-v0: " in error
+    assert "exists; `minari delete` removes it" in error
+    assert file.read_bytes() == before
+
+
+def test_a_failed_write_leaves_no_data_set(command, folder, monkeypatch):
+    def fail(self, episodes):
+        raise OSError(28, os.strerror(28), "main_data.hdf5")
+
+    monkeypatch.setattr(HDF5Storage, "update_episodes", fail)
+    arguments = ["Hopper-v5", "--policy", "zero", "--episodes", 1, "--minari", "hop/zero-v0"]
+    assert "No space left" in command("record", *arguments, status=2).err
+    assert not (folder / "hop/zero-v0").exists()
