@@ -177,3 +177,11 @@ def test_error_without_a_shipped_network(monkeypatch):
     monkeypatch.setattr("walker_sim.commands.policies.package_file", lambda name: None)
     with pytest.raises(InputError, match="there is none for BipedalWalker-v3; `train` makes one"):
         policies("shipped")
+
+
+def test_error_names_missing_onnx(command, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "onnx", None)
+    out = tmp_path / "policy.onnx"
+    error = command("convert", shipped_policy(ID), out, status=2).err
+    assert ".safetensors: needs onnx: pip install onnx (" in error
+    assert not out.exists()

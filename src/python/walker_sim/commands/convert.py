@@ -1,7 +1,8 @@
-"""``convert``: converts a trained model to a policy file."""
+"""``convert``: converts a trained model to a policy file, or a policy file to ONNX."""
 
 from __future__ import annotations
 
+import argparse
 import os
 from pathlib import Path
 from typing import Any, Callable, Sequence
@@ -12,37 +13,44 @@ from walker_sim import _core
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.registration import without_namespace
-from walker_sim.training import models
-from walker_sim.training.policy_file import PolicyFile, write_policy
+from walker_sim.training import models, onnx_file
+from walker_sim.training.policy_file import PolicyFile, read_policy, write_policy
 
 CHECKS = 1000
 TOLERANCE = 1e-5
 
 DESCRIPTION = """\
 Writes FILE.safetensors from a model of Stable-Baselines3's PPO, A2C or SAC or its contrib's TQC
-(MODEL.zip), or from a network of fully connected layers in ONNX (MODEL.onnx). Then compares the
-actions of both on random observations. Opening a MODEL.zip can run code: use only files that you
-trust.
+(MODEL.zip), or from a network of fully connected layers in ONNX (MODEL.onnx). Writes FILE.onnx from
+a policy file (MODEL.safetensors). Then compares the actions of both on random observations. Opening
+a MODEL.zip can run code: use only files that you trust.
 """
 
 EPILOG = f"""\
 {common.WALKER_HELP}
-An ONNX model maps observations, shape (n, observation size), to actions by Gemm, or MatMul and Add,
+MODEL.onnx maps observations, shape (n, observation size), to actions by Gemm, or MatMul and Add,
 between Tanh or Relu. Its output is clipped to the action's limits; if it ends in a Tanh, scaled to
 them.
+
+FILE.onnx maps the environment's observations as they are, input "observation" of shape (n,
+observation size) and of their type, to limited actions, output "action", float32: it contains the
+normalisation.
 
 examples:
   python3 -m walker_sim convert model.zip walker.safetensors --id BipedalWalker-v3
   python3 -m walker_sim convert model.zip walker.safetensors --id Walker2d-v5 \\
       --normalization vec_normalize.pkl
   python3 -m walker_sim evaluate Walker2d-v5 --policy walker.safetensors
+  python3 -m walker_sim convert walker.safetensors walker.onnx
 """
 
 
 def run(arguments: Sequence[str]) -> int:
     parser = common.Parser("convert", DESCRIPTION, EPILOG)
-    parser.add_argument("model", type=Path, metavar="MODEL", help="MODEL.zip or MODEL.onnx")
-    parser.add_argument("out", type=Path, metavar="OUT", help="FILE.safetensors")
+    parser.add_argument(
+        "model", type=Path, metavar="MODEL", help="MODEL.zip, MODEL.onnx or MODEL.safetensors"
+    )
+    parser.add_argument("out", type=Path, metavar="OUT", help="FILE.safetensors or FILE.onnx")
     parser.add_argument(
         "--id", metavar="ID", help="the environment (default: the only robot that the model fits)"
     )
@@ -53,27 +61,50 @@ def run(arguments: Sequence[str]) -> int:
         help="file of VecNormalize.save, with the statistics of a MODEL.zip's observations",
     )
     options = parser.parse_args(arguments)
-    if options.out.suffix != ".safetensors":
-        raise InputError(f"{options.out}: must end in .safetensors")
     if not options.model.is_file():
         raise InputError(f"{options.model}: no such file")
-    readers = {".zip": models.read_sb3, ".onnx": models.read_onnx}
-    if options.model.suffix not in readers:
-        raise InputError(f"{options.model}: must end in .zip or .onnx")
+    known = {".zip": ".safetensors", ".onnx": ".safetensors", ".safetensors": ".onnx"}
+    suffix = known.get(options.model.suffix)
+    if suffix is None:
+        raise InputError(f"{options.model}: must end in .zip, .onnx or .safetensors")
+    if options.out.suffix != suffix:
+        raise InputError(f"{options.out}: must end in {suffix}, made of {options.model}")
     try:
-        model = readers[options.model.suffix](options.model)
-        env_id = without_namespace(options.id) if options.id else _fitting(model.sizes)
-        specification = _core.Environment(env_id, {}).specification
-        policy = models.to_policy(model, env_id, specification, options.normalization)
+        status = _to_onnx(options) if suffix == ".onnx" else _to_policy(options)
     except (models.ModelError, ImportError) as error:
         raise InputError(f"{options.model}: {error}") from error
     except ValueError as error:
         raise InputError(str(error)) from error
+    return status
+
+
+def _to_policy(options: argparse.Namespace) -> int:
+    readers = {".zip": models.read_sb3, ".onnx": models.read_onnx}
+    model = readers[options.model.suffix](options.model)
+    env_id = without_namespace(options.id) if options.id else _fitting(model.sizes)
+    specification = _core.Environment(env_id, {}).specification
+    policy = models.to_policy(model, env_id, specification, options.normalization)
     write_policy(policy, options.out)
     difference = max_difference(policy, options.out, model.act)
+    return _report(options.out, policy, difference, "random observations")
+
+
+def _to_onnx(options: argparse.Namespace) -> int:
+    for name in ("id", "normalization"):
+        if getattr(options, name) is not None:
+            raise InputError(f"--{name}: not allowed with {options.model}, which contains it")
+    policy = read_policy(options.model)
+    dtype = _core.Environment(policy.env_id, {}).specification["observation_dtype"]
+    onnx_file.write_onnx(policy, dtype, options.out)
+    evaluator, act = onnx_file.load_onnx(options.out)
+    difference = max_difference_of_onnx(policy, options.model, act, dtype)
+    return _report(options.out, policy, difference, f"random observations ({evaluator})")
+
+
+def _report(out: Path, policy: PolicyFile, difference: float, where: str) -> int:
     print(
-        f"{options.out}: {env_id}, {len(policy.layers)} layers; actions differ by at most"
-        f" {difference:.2g} on {CHECKS} random observations"
+        f"{out}: {policy.env_id}, {len(policy.layers)} layers; actions differ by at most"
+        f" {difference:.2g} on {CHECKS} {where}"
     )
     if not difference <= TOLERANCE:
         print(f"the difference is above {TOLERANCE:g}: the file is another policy")
@@ -93,6 +124,21 @@ def max_difference(policy: PolicyFile, path: Path, act: Callable[[Any], Any]) ->
     actions = np.empty_like(expected, np.float64)
     _core.Policy(os.fsencode(path)).act(observations, actions)
     return float(np.abs(actions - expected).max())
+
+
+def max_difference_of_onnx(policy: PolicyFile, path: Path, act: onnx_file.Act, dtype: str) -> float:
+    """Returns the maximum difference between the actions of an ONNX model, `act`, and of the policy
+    file that it was made of, both of raw observations.
+
+    Half of the normalised observations are as wide as those of an episode. The others are so wide
+    that some are clipped, as a fall's are.
+    """
+    width = np.repeat([1.0, 5.0], CHECKS // 2)[:, np.newaxis]
+    normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))) * width
+    observations = (normal * policy.deviation + policy.mean).astype(dtype)
+    actions = np.empty((CHECKS, len(policy.low)))
+    _core.Policy(os.fsencode(path)).act(observations.astype(np.float64), actions)
+    return float(np.abs(actions - act(observations)).max())
 
 
 def _fitting(sizes: tuple[int, int]) -> str:

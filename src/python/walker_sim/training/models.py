@@ -168,13 +168,18 @@ def read_vec_normalize(path: Path, size: int) -> Any:
     return normalization
 
 
+def import_onnx() -> Any:
+    """Imports onnx; ImportError with the remedy if it is not installed."""
+    try:
+        return importlib.import_module("onnx")
+    except ImportError as error:
+        raise ImportError(f"needs onnx: pip install onnx ({error})") from error
+
+
 def read_onnx(path: Path) -> Model:
     """Reads an ONNX graph of fully connected layers; ModelError if it is another file or graph,
     ImportError without onnx."""
-    try:
-        onnx: Any = importlib.import_module("onnx")
-    except ImportError as error:
-        raise ImportError(f"needs onnx: pip install onnx ({error})") from error
+    onnx = import_onnx()
     try:
         graph = onnx.load(str(path)).graph
     except Exception as error:  # protobuf raises several types
