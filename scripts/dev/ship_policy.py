@@ -34,7 +34,7 @@ RETURNS = r"^\| (\*\*.+\*\*) \| (.+) \| (.+) \| (.+) \| (.+) \|$"
 CARD = """\
 # {name}
 
-`python3 -m walker_sim train {trained}` with
+`python3 -m walker_sim train {trained}{option}` with
 [config/training/{settings_name}.yaml](../../config/training/{settings_name}.yaml) made
 `assets/policies/{name}.safetensors`.
 
@@ -157,6 +157,7 @@ def main():
         name=name,
         kind=kind,
         settings_name=settings_name,
+        option=f" --settings config/training/{settings_name}.yaml" if suffix else "",
         world=f"\n| world | `{notes['world']}` |" if "world" in notes else "",
         trained=policy.id,
         stages=", then ".join(
