@@ -7,14 +7,33 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 import yaml
+from catkin_pkg import changelog
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCTOR = "python3 -m walker_sim doctor"
+GROUPS = ("Added", "Changed", "Fixed")
 FORMS = sorted(set(ROOT.glob(".github/ISSUE_TEMPLATE/*.yml")) - {*ROOT.glob("**/config.yml")})
 
 
 def read(name):
     return yaml.safe_load((ROOT / name).read_text(encoding="utf-8"))
+
+
+def changes():
+    """Returns the change log's releases, newest first: heading, then entries by group."""
+    text = (ROOT / "CHANGELOG.rst").read_text(encoding="utf-8")
+    _, *parts = re.split(r"^(.+)\n-+\n", text, flags=re.MULTILINE)
+    assert len(parts) % 2 == 0
+    releases = []
+    for heading, body in zip(parts[::2], parts[1::2]):
+        groups = re.split(r"^\*\*(.+)\*\*\n", body, flags=re.MULTILINE)
+        assert not groups[0].strip(), f"{heading}: text before the first group"
+        entries = {
+            name: re.findall(r"^\* .*(?:\n  .*)*", group, re.MULTILINE)
+            for name, group in zip(groups[1::2], groups[2::2])
+        }
+        releases.append((heading, entries))
+    return releases
 
 
 def test_pre_commit_runs_every_lint():
@@ -36,8 +55,34 @@ def test_the_citation_is_of_this_version():
     assert str(citation["version"]) == package.findtext("version")
     assert citation["license"] == package.findtext("license")
     assert f"{citation['repository-code']}.git" in [url.text for url in package.findall("url")]
-    changes = (ROOT / "CHANGELOG.rst").read_text(encoding="utf-8")
-    assert f"\n{citation['version']} ({citation['date-released']})\n" in changes
+    # A release has a date in both files; before it the change log begins with Forthcoming.
+    heading = changes()[0][0]
+    if heading == "Forthcoming":
+        assert "date-released" not in citation
+    else:
+        assert heading == f"{citation['version']} ({citation['date-released']})"
+
+
+def test_the_change_log_has_short_lines_in_groups():
+    for heading, entries in changes():
+        assert list(entries) == [name for name in GROUPS if name in entries], heading
+        lines = [entry.split("\n") for group in entries.values() for entry in group]
+        assert all(len(entry) <= 2 and max(map(len, entry)) <= 120 for entry in lines)
+
+
+def test_catkin_reads_every_entry_of_the_change_log():
+    """bloom writes Debian's change log from what catkin_pkg reads."""
+    text = (ROOT / "CHANGELOG.rst").read_text(encoding="utf-8")
+    text = re.sub(
+        r"^Forthcoming\n-+$", "99.0.0 (2100-01-01)\n" + "-" * 19, text, flags=re.MULTILINE
+    )
+    log = changelog.Changelog("walker_sim")
+    changelog.populate_changelog_from_rst(log, text)
+    read = [
+        sum(len(part.bullets) for part in parts if isinstance(part, changelog.BulletList))
+        for _, _, parts in log.foreach_version(reverse=True)
+    ]
+    assert read == [sum(map(len, entries.values())) for _, entries in changes()]
 
 
 @pytest.mark.parametrize("path", FORMS, ids=lambda path: path.name)

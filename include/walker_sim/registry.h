@@ -74,7 +74,7 @@ WALKER_SIM_EXPORT std::unique_ptr<Renderer> make_renderer(const std::string& id,
                                                           const Parameters& given = {},
                                                           const Parameters& camera = {});
 
-/// This package's version, e.g. "0.1.0".
+/// This package's version, e.g. "1.0.0".
 WALKER_SIM_EXPORT const char* version();
 
 }  // namespace walker

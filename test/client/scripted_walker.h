@@ -44,7 +44,7 @@ inline ServerSpecification example_specification() {
   spec.engine = "none";
   spec.engine_version = "1.0";
   spec.engine_path = "/nowhere";
-  spec.version = "0.1.0";
+  spec.version = "1.0.0";
   return spec;
 }
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 __path__ = pkgutil.extend_path(__path__, __name__)
 
 # Version of the Python files. CMakeLists.txt compares it with package.xml.
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 if TYPE_CHECKING:
     from types import ModuleType
