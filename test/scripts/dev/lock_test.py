@@ -52,3 +52,13 @@ def test_npm_has_every_requirement_with_hashes():
     for package in lock["packages"].values():
         assert package["integrity"].startswith("sha512-")
         assert "resolved" not in package
+
+
+def test_go_has_the_pinned_actionlint_with_hashes():
+    folder = ROOT / "scripts/dev/actionlint"
+    (tool,) = re.findall(r"^tool (.+)/cmd/\w+$", (folder / "go.mod").read_text(), re.MULTILINE)
+    modules = re.findall(r"^\t(\S+) (v\S+)", (folder / "go.mod").read_text(), re.MULTILINE)
+    assert tool in dict(modules)
+    hashes = (folder / "go.sum").read_text(encoding="utf-8").splitlines()
+    for name, version in modules:
+        assert any(line.startswith(f"{name} {version} h1:") for line in hashes), name
