@@ -11,6 +11,7 @@ from catkin_pkg import changelog
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DOCTOR = "python3 -m walker_sim doctor"
+WORKFLOWS = sorted(ROOT.glob(".github/workflows/*.yml"))
 GROUPS = ("Added", "Changed", "Fixed")
 FORMS = sorted(set(ROOT.glob(".github/ISSUE_TEMPLATE/*.yml")) - {*ROOT.glob("**/config.yml")})
 
@@ -101,6 +102,27 @@ def test_there_are_forms():
     assert DOCTOR in (ROOT / ".github/PULL_REQUEST_TEMPLATE.md").read_text(encoding="utf-8")
     (link,) = read(".github/ISSUE_TEMPLATE/config.yml")["contact_links"]
     assert {"name", "url", "about"} == link.keys()
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_workflows_have_limits(path):
+    workflow = read(path)
+    assert workflow["permissions"] == {"contents": "read"}
+    assert workflow["concurrency"]["group"]
+    for name, job in workflow["jobs"].items():
+        assert job.get("timeout-minutes"), name
+        assert "latest" not in job["runs-on"], name
+
+
+def test_each_action_is_pinned_to_one_commit():
+    """A tag can be moved to other code; the comment behind the commit is the tag it had."""
+    pins = {}
+    for path in WORKFLOWS:
+        for use in re.findall(r"^ *(?:- )?uses: *(.*)$", path.read_text("utf-8"), re.MULTILINE):
+            pin = re.fullmatch(r"([\w-]+/[\w-]+)@([0-9a-f]{40} # v\d+\.\d+\.\d+)", use)
+            assert pin, f"{path.name}: {use}"
+            assert pins.setdefault(pin[1], pin[2]) == pin[2], f"{path.name}: {use}"
+    assert {"actions/checkout", "pypa/gh-action-pypi-publish"} <= pins.keys()
 
 
 def test_the_security_policy_links_the_page():
