@@ -15,6 +15,7 @@ VERSION = re.search("<version>(.*)</version>", (ROOT / "package.xml").read_text(
     ("tag", "heading", "words"),
     [
         (f"v{VERSION}", f"{VERSION} (2026-11-24)", ""),
+        (f"v{VERSION}", f"{VERSION} (2026-11-25)", "have the line date-released: 2026-11-25"),
         (f"v{VERSION}", "Forthcoming", f'begins with "Forthcoming": must be "{VERSION} ('),
         (VERSION, f"{VERSION} (2026-11-24)", f"TAG = {VERSION}: must be v{VERSION}"),
         ("v99.0.0", f"{VERSION} (2026-11-24)", f"TAG = v99.0.0: must be v{VERSION}"),
@@ -29,6 +30,7 @@ def test_a_release(tmp_path, tag, heading, words):
         shutil.copy(ROOT / name, tmp_path / name)
     changes = f"^^^^\nChangelog\n^^^^\n\n{heading}\n{'-' * len(heading)}\n* A change\n"
     (tmp_path / "CHANGELOG.rst").write_text(changes)
+    (tmp_path / "CITATION.cff").write_text(f"version: {VERSION}\ndate-released: 2026-11-24\n")
     done = subprocess.run(
         [str(tmp_path / "scripts/dev/check_release"), tag],
         capture_output=True,
