@@ -19,8 +19,8 @@ std::vector<ParameterDescription> agent_parameters() {
   constexpr double kMaxSeed = 2147483647.0;  // XML-RPC integers have 32 bits
   return {
       {"agent", std::string("heuristic"), "", "Agent: policy, heuristic or random.", 0, 0},
-      {"policy", std::string(), "", "Policy file; empty: the policy shipped for the environment; robust: its robust one.",
-       0, 0},
+      {"policy", std::string(), "",
+       "Policy file; empty: the policy shipped for the environment; robust: its robust one.", 0, 0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
       {"env", std::string(), "", "Id of the environment; empty: the server's.", 0, 0},
       {"seeds", std::string(), "",

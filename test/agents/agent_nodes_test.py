@@ -5,6 +5,7 @@ import signal
 import tempfile
 import time
 
+import numpy as np
 import rosgraph
 import rospkg
 import rospy
@@ -13,6 +14,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from server_harness import Process, ServerTest, memory
 from std_msgs.msg import Float64MultiArray
+from walker_sim import _core
+from walker_sim.commands.policies import shipped_policy
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import GetSpec, GetSpecResponse, Reset, ResetResponse
 
@@ -92,6 +95,22 @@ class AgentNodesTest(ServerTest):
                 self.assert_refused(
                     node_type, [broken, "agent = random"], agent="random", policy=broken
                 )
+
+    def test_the_robust_policy_is_found_by_its_name(self):
+        self.serve(mode="lockstep", max_episode_steps=5)
+        transitions = self.record("/transition", Transition)
+        robust = {"agent": "policy", "policy": "robust"}
+        agent = self.start_agent("service_agent", episodes=1, seeds="5", **robust)
+        self.assertEqual(agent.wait(), 0, agent.output())
+        begin, step = transitions.wait_count(6)[:2]
+        action = np.empty(4)
+        file = shipped_policy("BipedalWalker-v3", "robust")
+        _core.Policy(str(file)).act(np.array(begin.observation), action)
+        self.assertEqual(list(step.action), action.tolist())
+        self.server.stop()
+        self.serve(env="Hopper-v5", mode="lockstep")
+        for node_type in AGENTS:
+            self.assert_refused(node_type, ["policy = robust", "Hopper-v5"], **robust)
 
     def test_several_environments_are_refused(self):
         self.serve(mode="lockstep", num_envs=3)

@@ -26,8 +26,8 @@ MIN_MEAN_RETURN = {
     "Walker2d-v5": 8000,
     "Hopper-v4": 3500,
     "Hopper-v5": 3500,
-    "BipedalWalker-v3-robust": 321,
-    "Walker2d-v5-robust": 6441,
+    "BipedalWalker-v3-robust": 327,
+    "Walker2d-v5-robust": 6500,
 }
 MAX_SIZE = 1_000_000  # [bytes]
 

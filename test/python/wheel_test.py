@@ -63,15 +63,15 @@ def test_files():
 
 
 def test_policies_and_settings():
-    ids = sorted(_core.ids())
+    ids, robust = _core.ids(), ("BipedalWalker-v3", "Walker2d-v5")
     share = SITE / "walker_sim/share"
-    for folder, ending in (("assets/policies", ".safetensors"), ("config/training", ".yaml")):
-        names = {path.name for path in (share / folder).iterdir()}
-        assert sorted(names - {"BipedalWalker-v3-quick.yaml"}) == [
-            env_id + ending for env_id in ids
-        ]
-    for env_id in ids:
-        command = ["evaluate", env_id, "--policy", "shipped", "--seeds", "1000000:1000002"]
+    policies = {*ids, *(f"{env_id}-robust" for env_id in robust)}
+    assert {path.stem for path in (share / "assets/policies").iterdir()} == policies
+    settings = {path.stem for path in (share / "config/training").iterdir()}
+    assert settings == {*policies, "BipedalWalker-v3-quick"}
+    kinds = [(env_id, "shipped") for env_id in ids] + [(env_id, "robust") for env_id in robust]
+    for env_id, kind in kinds:
+        command = ["evaluate", env_id, "--policy", kind, "--seeds", "1000000:1000002"]
         assert main([*command, "max_episode_steps=50"]) == 0
 
 

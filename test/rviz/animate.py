@@ -40,7 +40,7 @@ class Scene(NamedTuple):
     pushes: Mapping[int, int] = MappingProxyType({})
 
 
-PUSHES = MappingProxyType({90: -125, 102: 0, 189: 140, 201: 0})
+PUSHES = MappingProxyType({90: -120, 102: 0, 189: 130, 201: 0})
 
 # In real time: 3 steps of 0.02 s in 60 ms; 8 steps of 0.008 s in 60 ms.
 SCENES = {
@@ -51,7 +51,7 @@ SCENES = {
 
 
 def take_pictures(stage, env, scene):
-    with stage.show(env) as show:
+    with stage.show(env, agent="robust" if scene.pushes else "policy") as show:
         hand, place = Hand(show.screen), None
         if scene.pushes:
             left, upper, _, _ = show.picture_box()
