@@ -15,7 +15,6 @@ from sensor_msgs.msg import JointState, LaserScan
 from server_harness import Process, ServerTest, memory
 from std_msgs.msg import Float64MultiArray
 from walker_sim import _core
-from walker_sim.commands.policies import shipped_policy
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import GetSpec, GetSpecResponse, Reset, ResetResponse
 
@@ -28,6 +27,11 @@ def heard():
     """Returns the topics to which the agent subscribes."""
     subscribers = rosgraph.Master("agent_nodes_test").getSystemState()[1]
     return {topic for topic, nodes in subscribers if "/agent" in nodes}
+
+
+def included_policy(name):
+    folder = rospkg.RosPack().get_path("walker_sim")
+    return os.path.join(folder, f"assets/policies/{name}.safetensors")
 
 
 def huge(message_class):
@@ -82,9 +86,7 @@ class AgentNodesTest(ServerTest):
             broken = os.path.join(folder, "broken.safetensors")
             with open(broken, "wb") as file:
                 file.write(b"no policy")
-            other = os.path.join(
-                rospkg.RosPack().get_path("walker_sim"), "assets/policies/Walker2d-v5.safetensors"
-            )
+            other = included_policy("Walker2d-v5")
             for node_type in AGENTS:
                 for policy, words in (
                     ("missing.safetensors", ["missing.safetensors", "cannot be read"]),
@@ -104,8 +106,8 @@ class AgentNodesTest(ServerTest):
         self.assertEqual(agent.wait(), 0, agent.output())
         begin, step = transitions.wait_count(6)[:2]
         action = np.empty(4)
-        file = shipped_policy("BipedalWalker-v3", "robust")
-        _core.Policy(str(file)).act(np.array(begin.observation), action)
+        file = included_policy("BipedalWalker-v3-robust")
+        _core.Policy(file).act(np.array(begin.observation), action)
         self.assertEqual(list(step.action), action.tolist())
         self.server.stop()
         self.serve(env="Hopper-v5", mode="lockstep")
