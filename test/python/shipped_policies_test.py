@@ -32,11 +32,6 @@ MIN_MEAN_RETURN = {
 MAX_SIZE = 1_000_000  # [bytes]
 
 
-def name_of(env_id, kind):
-    """Returns the name of the policy's file and card."""
-    return env_id if kind == "shipped" else f"{env_id}-{kind}"
-
-
 def play(environment, env_id, seed):
     """Plays with the shipped policy. Returns rows of observation, reward, terminated, truncated."""
     policy = _core.Policy(str(shipped_policy(env_id)))
@@ -63,7 +58,9 @@ def test_file_is_small_and_names_its_settings(env_id, kind):
     policy = _core.Policy(str(path))
     # An environment may ship the policy of its robot's other version.
     assert policy.id.partition("-")[0] == env_id.partition("-")[0]
-    settings = read_settings(ROOT / "config/training" / f"{name_of(policy.id, kind)}.yaml")
+    settings = read_settings(
+        ROOT / "config/training" / f"{shipped_policy(policy.id, kind).stem}.yaml"
+    )
     assert policy.notes["settings"] == settings.hash()
     assert policy.notes["seed"] == str(settings.seed)
     assert int(policy.notes["steps"]) <= settings.steps_before(settings.num_stages) * 1.01
@@ -118,7 +115,7 @@ def test_walker2d_walks_over_rough_ground(tmp_path, command):
 
 @pytest.mark.parametrize(("env_id", "kind"), SHIPPED + ROBUST)
 def test_returns_equal_the_cards(env_id, kind, tmp_path, command):
-    name = name_of(env_id, kind)
+    name = shipped_policy(env_id, kind).stem
     card = (ROOT / "docs/policies" / f"{name}.md").read_text()
     row = re.search(r"^\| \*\*(\S+)\*\* \| (\S+) \| (\S+) \| (\S+) \|", card, re.MULTILINE)
     file = tmp_path / "evaluation.json"

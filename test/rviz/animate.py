@@ -51,7 +51,7 @@ SCENES = {
 
 
 def take_pictures(stage, env, scene):
-    with stage.show(env, agent="robust" if scene.pushes else "policy") as show:
+    with stage.show(env, agent="robust" if scene.pushes else "shipped") as show:
         hand, place = Hand(show.screen), None
         if scene.pushes:
             left, upper, _, _ = show.picture_box()

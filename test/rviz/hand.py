@@ -25,7 +25,7 @@ class Hand:
         self.do("mousemove", *point, "click", 1)
 
     def find(self, color):
-        """Returns the centre of the icon of this colour; None if there is none."""
+        """Returns the centre of the icon of this colour; None if the screen does not show it."""
         picture = np.asarray(self._screen.grab().convert("RGB")).astype(int)
         rows, columns = np.nonzero((abs(picture - color) < 6).all(axis=2))
         return (int(columns.mean()), int(rows.mean())) if len(rows) > 40 else None

@@ -18,24 +18,15 @@ from walker_sim.srv import GetSpec, Snapshot
 RESET, PAUSE, STEP = (20, 120, 110), (200, 110, 0), (90, 70, 170)
 
 
-class Heard:
-    """The messages of a topic."""
+class Heard(contextlib.AbstractContextManager):
+    """The messages of a topic within a context."""
 
     def __init__(self, topic, kind):
         self.messages = []
         self._subscriber = rospy.Subscriber(topic, kind, self.messages.append, tcp_nodelay=True)
 
-    def close(self):
+    def __exit__(self, *error):
         self._subscriber.unregister()
-
-
-@contextlib.contextmanager
-def heard(topic, kind):
-    recorder = Heard(topic, kind)
-    try:
-        yield recorder
-    finally:
-        recorder.close()
 
 
 @pytest.fixture(name="stage", scope="module")
@@ -74,7 +65,7 @@ def server_hears_pushes():
 
 def test_panel(show):
     hand = Hand(show.screen)
-    with heard("/transition", Transition) as steps, heard("/episode", Episode) as episodes:
+    with Heard("/transition", Transition) as steps, Heard("/episode", Episode) as episodes:
         pause_at_the_beginning(hand, steps.messages)
         # One click is one step.
         for _ in range(3):
@@ -115,7 +106,7 @@ def test_panel(show):
 
 def test_tool(show):
     hand = Hand(show.screen)
-    with heard("/transition", Transition) as steps, heard("/push", WrenchStamped) as pushes:
+    with Heard("/transition", Transition) as steps, Heard("/push", WrenchStamped) as pushes:
         pause_at_the_beginning(hand, steps.messages)
         column, row = trunk_pixel(show, show.env, steps.messages[-1].header.stamp)
         left, upper, _, _ = show.picture_box()

@@ -154,9 +154,9 @@ class Stage:
         self._folder.cleanup()
 
     @contextlib.contextmanager
-    def show(self, env, agent="policy", mode="lockstep"):
-        """Runs walker.launch with rviz within the context. `walk` takes actions of `agent`: policy
-        is the shipped network, robust the robust one, heuristic the shipped gait."""
+    def show(self, env, agent="shipped", mode="lockstep"):
+        """Runs walker.launch with rviz within the context. `walk` takes actions of `agent`:
+        shipped or robust, which are networks, or heuristic, the shipped gait."""
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
@@ -220,9 +220,8 @@ class Show:
         return True
 
     def reset(self, seed):
-        if self._agent in ("policy", "robust"):
-            kind = "shipped" if self._agent == "policy" else "robust"
-            self._policy = Policy(str(shipped_policy(self._env, kind)))
+        if self._agent in ("shipped", "robust"):
+            self._policy = Policy(str(shipped_policy(self._env, self._agent)))
         else:
             self._policy = Agent(self._agent, self._env, {}, 0)  # without earlier state
         return self._checked(self._reset(has_seed=True, seed=seed))

@@ -80,7 +80,7 @@ def policy_text(options: argparse.Namespace) -> str:
 
 def shipped_policy(env_id: str, kind: str = "shipped") -> Path:
     """Returns the policy file that ships with the package, `kind` shipped or robust; InputError if
-    there is none."""
+    the package has no such file."""
     name = env_id if kind == "shipped" else f"{env_id}-{kind}"
     path = package_file(f"assets/policies/{name}.safetensors")
     if path is None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import walker_sim
 from walker_sim.training.models import import_onnx
-from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
+from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile, replace_file
 
 OPSET = 13  # of 2020: the first in which every operator below takes float64 where it has to
 IR_VERSION = 7  # of the same release of ONNX
@@ -85,11 +85,8 @@ def to_model(policy: PolicyFile, dtype: str) -> Any:
 
 
 def write_onnx(policy: PolicyFile, dtype: str, path: Path) -> None:
-    """Writes `to_model`. Replaces the file atomically, as `write_policy`."""
-    content = to_model(policy, dtype).SerializeToString()
-    unfinished = path.with_name(path.name + ".new")
-    unfinished.write_bytes(content)
-    unfinished.replace(path)
+    """Writes `to_model`."""
+    replace_file(path, to_model(policy, dtype).SerializeToString())
 
 
 Act = Callable[[NDArray[Any]], NDArray[Any]]

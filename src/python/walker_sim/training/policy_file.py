@@ -132,7 +132,11 @@ def read_policy(path: Path) -> PolicyFile:
 
 
 def write_policy(policy: PolicyFile, path: Path) -> None:
-    """Replaces the file atomically: a reader sees the old or the new content."""
+    replace_file(path, to_bytes(policy))
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Writes a file atomically: a reader sees the old or the new content."""
     unfinished = path.with_name(path.name + ".new")
-    unfinished.write_bytes(to_bytes(policy))
+    unfinished.write_bytes(content)
     unfinished.replace(path)

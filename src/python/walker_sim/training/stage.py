@@ -240,8 +240,8 @@ class Stage(ABC):
         return self.world != before
 
     def read_start(self) -> PolicyFile | None:
-        """Reads the policy to start from: the settings', or that of the stage before; None if there
-        is none. ValueError if it does not fit the environment."""
+        """Reads the policy to start from: the settings', or that of the stage before. Returns None
+        if the training begins with a new network. ValueError if the policy does not fit."""
         if self.settings.start is None and self.index == 0:
             return None
         start = self.settings.start or self.folder / POLICY
@@ -288,7 +288,7 @@ class Stage(ABC):
 
 
 def read_state(folder: Path) -> dict[str, Any]:
-    """Returns the state of a training's checkpoint: id, stage, steps, best return. OSError if there
-    is none."""
+    """Returns the state of a training's checkpoint: id, stage, steps, best return. OSError if the
+    file is missing."""
     state: dict[str, Any] = json.loads((folder / CHECKPOINT / STATE).read_text(encoding="utf-8"))
     return state
