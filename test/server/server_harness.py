@@ -138,6 +138,13 @@ def memory(pid):
         return int(file.read().split()[1]) * resource.getpagesize()
 
 
+def catches(pid, number):
+    """Whether the process has a handler for the signal."""
+    with open(f"/proc/{pid}/status", encoding="utf-8", errors="replace") as status:
+        mask = next(line.split()[1] for line in status if line.startswith("SigCgt"))
+    return bool(int(mask, 16) & 1 << number - 1)
+
+
 def same_experience(one, other):
     """Whether two transitions are bitwise equal, apart from stamps and episode numbers."""
     return (
@@ -178,6 +185,11 @@ class Process(LoggedProcess):
             ) from None
 
     def stop(self, by=signal.SIGINT, timeout=TIMEOUT):
+        """Signals the node once it handles signals, and returns its exit status.
+
+        Before, SIGINT may be lost: processes of a background job begin with it ignored.
+        """
+        wait_for(lambda: not self.is_running() or catches(self.pid, by), f"{self.name} to begin")
         if self.is_running():
             self._process.send_signal(by)
         return self.wait(timeout)
