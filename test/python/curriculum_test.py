@@ -150,8 +150,21 @@ def test_error_names_invalid_setting(changes, words):
     assert words in str(caught.value)
 
 
-def test_command_names_a_world_that_cannot_be_applied(tmp_path, command):
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (
+            "world: {action_delay: 0.001}",
+            "world parameter action_delay = 0.001 s: is shorter than half a step",
+        ),
+        (
+            "world: {gravity: -5}\ncurriculum: {thresholds: [1, 2]}",
+            "curriculum: world = {'gravity': (-5.0, -5.0)} has no range that grows",
+        ),
+    ],
+)
+def test_command_names_a_world_that_cannot_be_used(tmp_path, command, text, words):
     settings = tmp_path / "mine.yaml"
-    settings.write_text("algorithm: es\nworld: {action_delay: 0.001}\n")
+    settings.write_text(f"algorithm: es\n{text}\n")
     error = command("train", ID, "--settings", settings, "--out", tmp_path / "run", status=2).err
-    assert "world parameter action_delay = 0.001 s: is shorter than half a step" in error
+    assert words in error

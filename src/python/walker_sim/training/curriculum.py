@@ -32,6 +32,11 @@ class Curriculum:
         ``thresholds``: mean returns below which an end moves back, and from which on it moves
         outwards; ``moves``: from Gymnasium's number to the end of the world's range; ``episodes``
         of a trial.
+
+    Raises
+    ------
+    ValueError
+        If the world has no range that could grow.
     """
 
     def __init__(
@@ -68,6 +73,11 @@ class Curriculum:
                 rounded = [*(float(f"{value:.6g}") for value in way), end]
                 self._ends.append((name, side))
                 self._values.append([begin, *(each for each in rounded if is_allowed(name, each))])
+        if not self._ends:
+            raise ValueError(
+                f"curriculum: world = {dict(world)} has no range that grows; must have one, such as "
+                "friction_scale: [0.5, 1.5]"
+            )
         self.moves = [0] * len(self._ends)
         """How often each end has moved outwards, less the moves back."""
 
@@ -82,28 +92,23 @@ class Curriculum:
     @property
     def training_worlds(self) -> list[World]:
         """The worlds of training episodes, in turn: the present ranges, and each range's ends."""
-        worlds = []
-        for turn in range(max(len(self._ends), 1)):
-            worlds += [self.world, self.trial(turn)]
-        return worlds
+        trials = [self.trial(turn) for turn in range(len(self._ends))]
+        return [world for trial in trials for world in (self.world, trial)]
 
     @property
     def progress(self) -> float:
         """Part of all ways that the ends have gone, from 0 to 1."""
-        return sum(self.moves) / max(sum(len(values) - 1 for values in self._values), 1)
+        return sum(self.moves) / sum(len(values) - 1 for values in self._values)
 
     def trial(self, turn: int) -> World:
         """Returns the present ranges with one parameter at its end."""
         world = self.world
-        if self._ends:
-            name, side = self._ends[turn % len(self._ends)]
-            world[name] = (world[name][side], world[name][side])
+        name, side = self._ends[turn % len(self._ends)]
+        world[name] = (world[name][side], world[name][side])
         return world
 
     def take(self, turn: int, mean_return: float) -> None:
         """Moves an end, given the mean return of its trial."""
-        if not self._ends:
-            return
         index = turn % len(self._ends)
         if mean_return >= self._upper:
             self.moves[index] = min(self.moves[index] + 1, len(self._values[index]) - 1)
