@@ -16,7 +16,7 @@ if(WALKER_SIM_ROS)
   set(python_package ${CATKIN_DEVEL_PREFIX}/${CATKIN_PACKAGE_PYTHON_DESTINATION})
   file(RELATIVE_PATH libraries_path
     /${CATKIN_PACKAGE_PYTHON_DESTINATION} /${CATKIN_PACKAGE_LIB_DESTINATION})
-  set(python_rpath "$ORIGIN/${libraries_path}")
+  set(python_rpath "$ORIGIN/${libraries_path}/${PROJECT_NAME};$ORIGIN/${libraries_path}")
 else()
   set(python_package ${CMAKE_CURRENT_BINARY_DIR}/python/walker_sim)
   file(WRITE ${python_package}/__init__.py "")

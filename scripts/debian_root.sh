@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# Root file systems of Debian's releases, made by debootstrap: one for compiling, clean ones for
-# testing wheels. Source it after setup.sh. Nothing is mounted in them, so rm -rf removes each.
+# Root file systems of Debian's releases, made by debootstrap: for compiling, and clean ones for testing
+# wheels and packages. Source it after setup.sh. Nothing is mounted in them, so rm -rf removes each.
 # shellcheck disable=SC2034,SC2154  # what others use, and what setup.sh sets
 
 debian_roots=$build/.debian # hidden, because roslaunch searches visible folders
@@ -30,8 +30,7 @@ debian_archive() {
     includes=$(IFS=,; echo "${packages[*]}")
     quiet "debootstrap_$suite" debootstrap --variant=minbase --cache-dir="$debian_roots/packages" \
       --include="$includes" "$suite" "$root" "$(debian_mirror)" || {
-      say "Debian's $suite cannot be had from $(debian_mirror): WALKER_SIM_DEBIAN_MIRROR names another server," \
-        "and --here does without"
+      say "Debian's $suite cannot be had from $(debian_mirror): WALKER_SIM_DEBIAN_MIRROR names another server"
       return 1
     }
     rm -rf "$root"/var/cache/apt/archives/*.deb
@@ -45,6 +44,12 @@ make_debian_root() {
   local root=$1 archive
   archive=$(debian_archive "${@:2}") || return
   rm -rf "$root" && mkdir -p "$root" && chmod 755 "$root" && tar -C "$root" -xf "$archive"
+}
+
+# copy_tree DIR: copies our files there, without build products.
+copy_tree() {
+  tar -C "$root" -c --exclude-vcs --exclude=./build --exclude=./devel --exclude=__pycache__ --exclude=.ruff_cache \
+    --exclude=.pytest_cache --exclude='_core*.so' . | tar -C "$1" -x
 }
 
 # in_debian_root DIR CMD...: runs CMD in the root, without this system's environment variables.

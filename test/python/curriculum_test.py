@@ -158,8 +158,9 @@ def test_error_names_invalid_setting(changes, words):
             "world parameter action_delay = 0.001 s: is shorter than half a step",
         ),
         (
-            "world: {gravity: -5}\ncurriculum: {thresholds: [1, 2]}",
-            "curriculum: world = {'gravity': (-5.0, -5.0)} has no range that grows",
+            "world: {gravity: [-9, -5]}\ncurriculum: {thresholds: [1, 2]}\n"
+            "stages: [{world: {gravity: -5}}]",
+            "curriculum: world = {gravity: -5.0} has no range that grows",
         ),
     ],
 )

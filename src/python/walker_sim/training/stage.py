@@ -82,12 +82,14 @@ class Stage(ABC):
         self.wants_to_stop = False
         # All stages are compared by the same episodes: those of what the training aims at.
         self.goal = settings.stage(settings.num_stages - 1)
-        for each in (self.settings, self.goal):
-            _core.Environment(env_id, dict(each.parameters)).set_world(dict(each.world))
+        curricula: list[Curriculum | None] = []
+        for each in map(settings.stage, range(index, settings.num_stages)):
+            # A mistake in a later stage is reported now, not after hours.
+            parameters, world, growth = each.parameters, each.world, each.curriculum
+            _core.Environment(env_id, dict(parameters)).set_world(dict(world))
+            curricula.append(Curriculum(env_id, parameters, world, growth) if growth else None)
+        self.curriculum = curricula[0]
         self._evaluation = Evaluation(env_id, self.goal.parameters, num_threads)
-        parameters, world = self.settings.parameters, self.settings.world
-        growth = self.settings.curriculum
-        self.curriculum = Curriculum(env_id, parameters, world, growth) if growth else None
         self._trials = 0
         self.num_threads = num_threads
         self._steps_before = 0
