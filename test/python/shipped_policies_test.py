@@ -22,8 +22,8 @@ ROBUST = [("BipedalWalker-v3", "robust"), ("Walker2d-v5", "robust")]
 MIN_MEAN_RETURN = {
     "BipedalWalker-v3": 338,
     "BipedalWalkerHardcore-v3": 290,
-    "Walker2d-v4": 7900,
-    "Walker2d-v5": 8000,
+    "Walker2d-v4": 8250,
+    "Walker2d-v5": 8400,
     "Hopper-v4": 3500,
     "Hopper-v5": 3500,
     "BipedalWalker-v3-robust": 327,
@@ -63,7 +63,10 @@ def test_file_is_small_and_names_its_settings(env_id, kind):
     )
     assert policy.notes["settings"] == settings.hash()
     assert policy.notes["seed"] == str(settings.seed)
-    assert int(policy.notes["steps"]) <= settings.steps_before(settings.num_stages) * 1.01
+    # A stage ends after an update, of at most 2000 steps an episode.
+    stages = map(settings.stage, range(settings.num_stages))
+    last_updates = sum(2000 * stage.population * stage.episodes for stage in stages)
+    assert int(policy.notes["steps"]) <= settings.steps_before(settings.num_stages) + last_updates
 
 
 @pytest.mark.parametrize("env_id", IDS)
