@@ -46,7 +46,7 @@ PUSHES = MappingProxyType({90: -120, 102: 0, 189: 130, 201: 0})
 SCENES = {
     "BipedalWalker-v3": ("bipedal_walker", Scene(0, 0, 300, 3, 60, PUSHES)),
     "BipedalWalkerHardcore-v3": ("bipedal_walker_hardcore", Scene(3, 120, 420, 3, 60)),
-    "Walker2d-v5": ("walker2d", Scene(0, 40, 760, 8, 60)),
+    "Walker2d-v5": ("walker2d", Scene(0, 40, 600, 8, 60)),
 }
 
 
