@@ -24,8 +24,8 @@ MIN_MEAN_RETURN = {
     "BipedalWalkerHardcore-v3": 290,
     "Walker2d-v4": 8250,
     "Walker2d-v5": 8400,
-    "Hopper-v4": 3500,
-    "Hopper-v5": 3500,
+    "Hopper-v4": 3700,
+    "Hopper-v5": 3700,
     "BipedalWalker-v3-robust": 327,
     "Walker2d-v5-robust": 6500,
 }
