@@ -75,8 +75,8 @@ class Curriculum:
                 self._values.append([begin, *(each for each in rounded if is_allowed(name, each))])
         if not self._ends:
             raise ValueError(
-                f"curriculum: world = {_core.world_text(dict(world))} has no range that grows; must "
-                "have one, such as friction_scale: [0.5, 1.5]; a stage without one needs "
+                f"curriculum: world = {_core.world_text(dict(world))} has no range that grows; "
+                "must have one, such as friction_scale: [0.5, 1.5]; a stage without one needs "
                 "curriculum: null"
             )
         self.moves = [0] * len(self._ends)
