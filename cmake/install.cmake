@@ -22,7 +22,7 @@ if(WALKER_SIM_ROS)
   install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
   install(DIRECTORY assets config launch urdf DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
   install(FILES LICENSE NOTICE rviz_plugins.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-  # Debian 12 has a libmujoco.so.2.2.2 of its own, with other bits.
+  # Debian 12 has a libmujoco.so.2.2.2 of its own, on the path of a Debian package of this one.
   install(FILES ${mujoco_library} DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}/${PROJECT_NAME})
   install(FILES ${mujoco_licences}
     DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/licenses/mujoco)
