@@ -14,6 +14,7 @@ namespace {
 constexpr std::uint32_t kState = 1;      // only the newest state matters
 constexpr std::uint32_t kRecord = 1000;  // a recorder may get no processor for seconds
 constexpr bool kLatched = true;
+constexpr std::chrono::milliseconds kMaxEpisodeDelay{10};
 
 }  // namespace
 
@@ -101,6 +102,7 @@ void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& 
 
 void Outputs::publish_state(ros::Time stamp) {
   const EpisodeState& state = shown_.state();
+  publish_due_episode();
   if (state.error.empty()) {
     stamps_[state.step % stamps_.size()] = stamp;
     if (transforms_.is_heard()) {
@@ -148,9 +150,24 @@ void Outputs::publish_measurements() {
   scan_.publish_if_heard(specification, sensors, frames_, stamp);
 }
 
+/// roscpp wakes one of its threads for each latched message, even without subscribers. That thread
+/// would take a core from a client that steps without a pause, so the message waits for one.
 void Outputs::publish_episode(ros::Time stamp) {
+  if (episode_.is_heard()) publish_waiting();
   to_message(shown_.state(), frames_, stamp, episode_.message);
+  is_episode_waiting_ = true;
+  publish_due_episode();
+}
+
+void Outputs::publish_due_episode() {
+  if (!is_episode_waiting_) return;
+  if (episode_.is_heard() || Clock::now() >= episode_is_due_) publish_waiting();
+}
+
+void Outputs::publish_waiting() {
+  if (!std::exchange(is_episode_waiting_, false)) return;
   episode_.publish();
+  episode_is_due_ = Clock::now() + kMaxEpisodeDelay;
 }
 
 walker_sim::Transition Outputs::message(const EpisodeState& state, ros::Time stamp) const {

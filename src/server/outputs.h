@@ -1,6 +1,7 @@
 // Outputs of a state: topics, markers, pictures, and the transition in a response.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -40,6 +41,10 @@ class Outputs {
   /// its record.
   void publish_step(ros::Time stamp);
 
+  /// Publishes an episode that nobody was subscribed to. Called before the server blocks, and if
+  /// that does not happen for 10 ms, by `publish_reset` and `publish_step`.
+  void publish_waiting();
+
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
   /// runs or nobody subscribes to records.
   std::optional<walker_sim::EpisodeRecord> abandoned_record(ros::Time stamp) const;
@@ -77,9 +82,12 @@ class Outputs {
   void publish_measurements();
   void begin_stamps();
   void publish_episode(ros::Time stamp);
+  void publish_due_episode();
   ros::Publisher advertise_records(ros::NodeHandle& node);
   void publish_record(ros::Time stamp);
   walker_sim::EpisodeRecord record(ros::Time stamp) const;
+
+  using Clock = std::chrono::steady_clock;
 
   Episode& shown_;
   ServerOptions options_;
@@ -98,6 +106,8 @@ class Outputs {
   Topic<std_msgs::Float64MultiArray> observation_;
   Topic<walker_sim::Transition> transition_;
   Topic<walker_sim::Episode> episode_;
+  bool is_episode_waiting_ = false;
+  Clock::time_point episode_is_due_;
   Topic<tf2_msgs::TFMessage> transforms_;
   ros::Publisher record_publisher_;
   ros::Publisher spec_publisher_;

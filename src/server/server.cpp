@@ -173,7 +173,7 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       outputs_(node_, pool_, options, make_renderer),
       simulation_(options, pool_, clock_, outputs_),
       restores_(simulation_, outputs_, make_environment),
-      port_(options.spin),
+      port_(options.spin, [this] { outputs_.publish_waiting(); }),
       drive_(make_drive(options, simulation_)),
       diagnostics_(node_, options, simulation_, *drive_, outputs_),
       effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)),

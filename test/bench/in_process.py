@@ -27,6 +27,7 @@ WORLDS = {
     "joint_velocity_noise: 0.2, orientation_noise: 0.02, angular_velocity_noise: 0.1, "
     "linear_velocity_noise: 0.1",
 }
+LEVELS = {"BipedalWalker-v3": "hard", "Walker2d-v4": "walker2d_stairs"}
 CROWD = 1000  # environments of the memory section
 
 
@@ -99,8 +100,7 @@ def worlds(settings):
         for side, text in WORLDS.items():
             against(add(side, f"{{{text}}}"), plain)
         against(add("all of these", f"{{{', '.join(WORLDS.values())}}}"), plain)
-        if env == "BipedalWalker-v3":
-            against(add("levels", "hard"), plain)
+        against(add("levels", LEVELS[env]), plain)
     return plan.run(settings.rounds(4))
 
 

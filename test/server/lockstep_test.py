@@ -179,6 +179,11 @@ class LockstepTest(ServerTest):
             message = recorder.wait(what=f"a message after the step on {topic}")
             self.assertNotEqual(message._connection_header.get("latching"), "1", topic)
 
+    def test_a_late_subscriber_receives_the_newest_episode(self):
+        for seed in range(3):  # the server publishes one in 10 ms, the others when it is idle
+            newest = self.begin(seed)
+        self.assertEqual(self.record("/episode", Episode).wait().episode, newest.episode)
+
     def test_specification_is_gymnasium_s(self):
         for space, (fields, parameters) in SPECS.items():
             spec = self.proxies[space, "get_spec"]().spec

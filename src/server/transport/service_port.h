@@ -31,9 +31,10 @@ namespace walker {
 /// requests and unread answers. Beyond the last, the longest idle session with `holds_much` yields.
 class ServicePort {
  public:
-  /// @param spin longest time to poll for the next request after an answer, before blocking
+  /// @param spin            longest time to poll for the next request after an answer
+  /// @param before_blocking called before the port blocks
   /// @throws std::system_error if no socket can listen
-  explicit ServicePort(std::chrono::microseconds spin = {});
+  ServicePort(std::chrono::microseconds spin, std::function<void()> before_blocking);
   ServicePort(const ServicePort&) = delete;
   ServicePort& operator=(const ServicePort&) = delete;
   /// Unregisters the services and closes all connections.
@@ -126,6 +127,7 @@ class ServicePort {
   bool is_any_over_ = false;
   ServiceSession* answered_ = nullptr;  // called in the last `serve`; null: none, or it has ended
   SpinWait<> spin_;
+  std::function<void()> before_blocking_;
   unsigned num_polls_ = 0;  // while spinning
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
   std::vector<pollfd> polled_;      // listeners, `other`, answers, sessions in order
