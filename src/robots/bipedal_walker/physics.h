@@ -11,7 +11,6 @@
 #include "base/state_bytes.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/terrain.h"
 #include "robots/robot.h"
 #include "simd/choose_kernel.h"
 
@@ -148,8 +147,8 @@ class Physics {
 
 /// One call of `Physics::step` within a group.
 struct WorldCall {
-  Physics* physics = nullptr;
-  std::exception_ptr failure;  ///< what `step` would have thrown
+  Physics* physics;
+  std::exception_ptr* failure;  ///< receives what `step` would have thrown
 };
 
 /// Advances distinct worlds by one step. Each world gets the same bits as by `Physics::step`.
