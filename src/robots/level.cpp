@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "base/shortest_text.h"
 
 namespace walker {
 namespace {
-
-enum class Section { grass, stump, stairs, pit };
 
 constexpr double kScale = 30;  // of Gymnasium's slopes [1/m]
 
@@ -42,9 +38,9 @@ class TerrainGenerator {
     // The order of the kinds is that of the numbers that Gymnasium and POET draw.
     terrain_.obstacles_are_gymnasiums = !level.has_obstacles();
     hardcore = hardcore && terrain_.obstacles_are_gymnasiums;
-    if (hardcore || level.stumps) add_kind(Section::stump);
-    if (hardcore || level.stairs) add_kind(Section::stairs);
-    if (hardcore || level.pit_gap) add_kind(Section::pit);
+    if (hardcore || level.stumps) kinds_.push_back(ObstacleKind::stump);
+    if (hardcore || level.stairs) kinds_.push_back(ObstacleKind::stairs);
+    if (hardcore || level.pit_gap) kinds_.push_back(ObstacleKind::pit);
   }
 
   Terrain generate() {
@@ -65,38 +61,23 @@ class TerrainGenerator {
   }
 
  private:
-  void add_kind(Section kind) { kinds_[static_cast<std::size_t>(num_kinds_++)] = kind; }
-
   void enter_section(double x) {
-    switch (section_) {
-      case Section::grass:
-        return;
-      case Section::stump:
-        return enter_stump(x);
-      case Section::stairs:
-        return enter_stairs(x);
-      case Section::pit:
-        return enter_pit(x);
-    }
+    if (section_ == ObstacleKind::stump) enter_stump(x);
+    if (section_ == ObstacleKind::stairs) enter_stairs(x);
+    if (section_ == ObstacleKind::pit) enter_pit(x);
   }
 
   void continue_section(int i) {
-    switch (section_) {
-      case Section::grass:
-        velocity_ = 0.8 * velocity_ + 0.01 * sign(size_.start_height - y_);
-        if (i > kTerrainStartPad) velocity_ += generator_.uniform(-1, 1) / kScale;
-        y_ += slope_factor_ * velocity_;
-        break;
-      case Section::stump:
-        break;
-      case Section::stairs:
-        y_ = level_.stairs ? height_beside(*level_.stairs) : height_beside_gymnasiums_stairs();
-        break;
-      case Section::pit:
-        y_ = section_y_;
-        if (remaining_ > 1) y_ -= pit_depth_;
-        if (remaining_ == 1) setback_ = pit_setback_;
-        break;
+    if (!section_) {
+      velocity_ = 0.8 * velocity_ + 0.01 * sign(size_.start_height - y_);
+      if (i > kTerrainStartPad) velocity_ += generator_.uniform(-1, 1) / kScale;
+      y_ += slope_factor_ * velocity_;
+    } else if (section_ == ObstacleKind::stairs) {
+      y_ = level_.stairs ? height_beside(*level_.stairs) : height_beside_gymnasiums_stairs();
+    } else if (section_ == ObstacleKind::pit) {
+      y_ = section_y_;
+      if (remaining_ > 1) y_ -= pit_depth_;
+      if (remaining_ == 1) setback_ = pit_setback_;
     }
   }
 
@@ -205,10 +186,11 @@ class TerrainGenerator {
     } else {
       remaining_ = generator_.integers(kTerrainGrass / 2, kTerrainGrass);
     }
-    const bool obstacle_next = section_ == Section::grass && num_kinds_ != 0;
-    section_ = Section::grass;
-    if (obstacle_next) {
-      section_ = kinds_[static_cast<std::size_t>(generator_.integers(1, 1 + num_kinds_) - 1)];
+    if (section_ || kinds_.empty()) {
+      section_.reset();
+    } else {
+      const auto count = static_cast<std::int64_t>(kinds_.size());
+      section_ = kinds_[static_cast<std::size_t>(generator_.integers(1, 1 + count) - 1)];
     }
     entering_ = true;
   }
@@ -216,13 +198,12 @@ class TerrainGenerator {
   Generator& generator_;
   const Level& level_;
   const CourseSize& size_;
-  double column_;                   // width [m]
-  double pit_depth_;                // [m]
-  double slope_factor_;             // of Gymnasium's slopes
-  std::array<Section, 3> kinds_{};  // of obstacles
-  std::int64_t num_kinds_ = 0;
+  double column_;        // width [m]
+  double pit_depth_;     // [m]
+  double slope_factor_;  // of Gymnasium's slopes
+  std::vector<ObstacleKind> kinds_;
   Terrain terrain_;
-  Section section_ = Section::grass;
+  std::optional<ObstacleKind> section_;        // empty: grass
   bool entering_ = false;                      // this step is the first of its section
   std::int64_t remaining_ = kTerrainStartPad;  // remaining steps of the section
   double y_;
@@ -236,46 +217,14 @@ class TerrainGenerator {
   std::int64_t stair_height_ = 0;  // +1 up, -1 down
 };
 
-auto numbers_of(const Stumps& stumps) {
-  return std::tie(stumps.width, stumps.height, stumps.clearance);
-}
-
-auto numbers_of(const Stairs& stairs) {
-  return std::tie(stairs.tread_width, stairs.rise, stairs.num_treads);
-}
-
-template <typename Obstacles>
-bool are_equal(const std::optional<Obstacles>& a, const std::optional<Obstacles>& b) {
-  return a ? b && numbers_of(*a) == numbers_of(*b) : !b;
-}
-
+/// Whether a world names a size of this kind of obstacle, such as stump_width for "stump_".
 template <typename Values>
-bool has_any(const Values& values, std::initializer_list<const char*> names) {
-  return std::any_of(names.begin(), names.end(),
-                     [&](const char* name) { return values.count(name) != 0; });
-}
-
-template <typename Values>
-bool has_stumps(const Values& values) {
-  return has_any(values, {"stump_width", "stump_height", "stump_float"});
-}
-
-template <typename Values>
-bool has_stairs(const Values& values) {
-  return has_any(values, {"stair_width", "stair_height", "stair_steps"});
-}
-
-double high_or(const World& world, const char* name, double absent) {
-  const auto found = world.find(name);
-  return found == world.end() ? absent : found->second.high;
+bool has(const Values& values, const std::string& kind) {
+  const auto first = values.lower_bound(kind);
+  return first != values.end() && first->first.rfind(kind, 0) == 0;
 }
 
 }  // namespace
-
-bool operator==(const Level& a, const Level& b) {
-  return a.ground_roughness == b.ground_roughness && a.obstacle_spacing == b.obstacle_spacing &&
-         a.pit_gap == b.pit_gap && are_equal(a.stumps, b.stumps) && are_equal(a.stairs, b.stairs);
-}
 
 Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
                          const Level& level) {
@@ -286,17 +235,16 @@ Level level_of(const WorldValues& values, const CourseSize& size, double roughne
   Level level;
   level.ground_roughness = value_or(values, "ground_roughness", roughness);
   const auto optional = [&](const char* name) {
-    const auto found = values.find(name);
-    return found == values.end() ? std::nullopt : std::optional<double>(found->second);
+    return values.count(name) != 0 ? std::optional<double>(values.at(name)) : std::nullopt;
   };
   level.obstacle_spacing = optional("obstacle_spacing");
   level.pit_gap = optional("pit_gap");
-  if (has_stumps(values)) {
+  if (has(values, "stump_")) {
     level.stumps = {value_or(values, "stump_width", size.stumps.width),
                     value_or(values, "stump_height", size.stumps.height),
                     value_or(values, "stump_float", size.stumps.clearance)};
   }
-  if (has_stairs(values)) {
+  if (has(values, "stair_")) {
     level.stairs = {value_or(values, "stair_width", size.stairs.tread_width),
                     value_or(values, "stair_height", size.stairs.rise),
                     static_cast<int>(value_or(values, "stair_steps", size.stairs.num_treads))};
@@ -336,9 +284,9 @@ std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const Le
 
 void check_level(const World& world, const CourseSize& size, bool hardcore,
                  const std::string& advice) {
-  if (has_stairs(world)) {
-    const double width = high_or(world, "stair_width", size.stairs.tread_width);
-    const double steps = high_or(world, "stair_steps", size.stairs.num_treads);
+  if (has(world, "stair_")) {
+    const double width = range_or(world, "stair_width", size.stairs.tread_width).high;
+    const double steps = range_or(world, "stair_steps", size.stairs.num_treads).high;
     if (steps * width > size.obstacle_course()) {
       throw std::invalid_argument(
           "stair_steps = " + shortest_text(steps) + " of stair_width = " + shortest_text(width) +
@@ -347,7 +295,7 @@ void check_level(const World& world, const CourseSize& size, bool hardcore,
     }
   }
   const bool has_obstacles =
-      hardcore || has_stumps(world) || has_stairs(world) || world.count("pit_gap") != 0;
+      hardcore || has(world, "stump_") || has(world, "stair_") || has(world, "pit_gap");
   const auto spacing = world.find("obstacle_spacing");
   if (spacing != world.end() && !has_obstacles) {
     throw std::invalid_argument("obstacle_spacing = " + shortest_text(spacing->second.high) +
