@@ -17,8 +17,6 @@ double sign(double value) { return static_cast<double>((value > 0) - (value < 0)
 /// Lengths in steps are compared with this tolerance, so that 4 steps can be given as 1.8666667 m.
 constexpr double kTolerance = 1e-6;
 
-double floor_of(double steps) { return std::floor(steps + kTolerance); }
-
 std::int64_t ceiling_of(double steps) {
   return static_cast<std::int64_t>(std::ceil(steps - kTolerance));
 }
@@ -54,9 +52,12 @@ class TerrainGenerator {
         continue_section(i);
       }
       terrain_.ground[static_cast<std::size_t>(i)] = {x - setback_, y_};
+      // Gymnasium's picture of the ground ends at 0, above which all of a level may not be.
+      if (!level_.is_gymnasiums()) {
+        terrain_.bottom = std::min(terrain_.bottom, y_ - size_.start_height);
+      }
       choose_next_section();
     }
-    if (!level_.is_gymnasiums()) set_bottom();
     return std::move(terrain_);
   }
 
@@ -152,7 +153,7 @@ class TerrainGenerator {
   /// down.
   double height_beside(const Stairs& stairs) const {
     const auto column = static_cast<double>(stair_columns_ - 1 - remaining_);
-    const double tread = std::min(floor_of(column * column_ / stairs.tread_width),
+    const double tread = std::min(std::floor(column * column_ / stairs.tread_width + kTolerance),
                                   static_cast<double>(stairs.num_treads - 1));
     return section_y_ + (stair_height_ > 0 ? tread : -(tread + 1)) * stairs.rise;
   }
@@ -168,13 +169,6 @@ class TerrainGenerator {
                                    {left + width, bottom},
                                    {left + width, bottom + height},
                                    {left, bottom + height}}});
-  }
-
-  /// Gymnasium's picture of the ground ends at 0, above which all of a level may not be.
-  void set_bottom() {
-    for (const Point& point : terrain_.ground) {
-      terrain_.bottom = std::min(terrain_.bottom, point.y - size_.start_height);
-    }
   }
 
   void choose_next_section() {
@@ -258,27 +252,25 @@ std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const Le
   const std::string stumps = "Stumps" + texts.instead + ": ";
   const std::string stairs = "Stairs, up or down" + texts.instead + ": ";
   const std::string column = ", " + texts.column + " if only other sizes are named.";
-  const auto [min_width, max_width] = limits.stump_width;
-  const auto [min_height, max_height] = limits.stump_height;
-  const auto [min_tread, max_tread] = limits.tread_width;
-  const auto [min_rise, max_rise] = limits.rise;
-  const auto [min_spacing, max_spacing] = limits.spacing;
   return {
       {"ground_roughness", "", texts.roughness, limits.roughness, 0, limits.max_roughness},
       {"pit_gap", "m", pits + "distance between the two walls.", kNone, 0, limits.max_gap},
-      {"stump_width", "m", stumps + "width" + column, kNone, min_width, max_width},
-      {"stump_height", "m", stumps + "height" + column, kNone, min_height, max_height},
+      {"stump_width", "m", stumps + "width" + column, kNone, limits.stump_width.low,
+       limits.stump_width.high},
+      {"stump_height", "m", stumps + "height" + column, kNone, limits.stump_height.low,
+       limits.stump_height.high},
       {"stump_float", "m", stumps + "height above the ground, 0 if only other sizes are named.",
        kNone, 0, limits.max_float},
       {"stair_width", "m",
        stairs + "width of a step, " + texts.tread + " if only other sizes are named.", kNone,
-       min_tread, max_tread},
-      {"stair_height", "m", stairs + "height of a step" + column, kNone, min_rise, max_rise},
+       limits.tread_width.low, limits.tread_width.high},
+      {"stair_height", "m", stairs + "height of a step" + column, kNone, limits.rise.low,
+       limits.rise.high},
       {"stair_steps", "",
        stairs + "number of steps, the first level with the ground if they go up; 3 if only other "
                 "sizes are named.",
        kNone, 1, 10, true},
-      {"obstacle_spacing", "m", texts.spacing, kNone, min_spacing, max_spacing},
+      {"obstacle_spacing", "m", texts.spacing, kNone, limits.spacing.low, limits.spacing.high},
   };
 }
 

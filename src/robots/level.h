@@ -124,13 +124,13 @@ Level level_of(const WorldValues& values, const CourseSize& size, double roughne
 struct LevelLimits {
   double roughness;  ///< default
   double max_roughness;
-  double max_gap;                      ///< [m]
-  std::array<double, 2> stump_width;   ///< [m]
-  std::array<double, 2> stump_height;  ///< [m]
-  double max_float;                    ///< [m]
-  std::array<double, 2> tread_width;   ///< [m]
-  std::array<double, 2> rise;          ///< [m]
-  std::array<double, 2> spacing;       ///< [m]
+  double max_gap;           ///< [m]
+  WorldRange stump_width;   ///< [m]
+  WorldRange stump_height;  ///< [m]
+  double max_float;         ///< [m]
+  WorldRange tread_width;   ///< [m]
+  WorldRange rise;          ///< [m]
+  WorldRange spacing;       ///< [m]
 };
 
 /// Texts for the descriptions of a level's parameters.

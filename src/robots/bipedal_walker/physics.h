@@ -130,9 +130,7 @@ class Physics {
 
   b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction);
   void build_terrain(const Terrain& terrain);
-  void add_terrain(const b2Shape& shape);
   void build_leg(std::size_t leg);
-  void apply_damping();
   void reserve_tree_nodes(int fixtures);
   void clear_move_buffer();
 
