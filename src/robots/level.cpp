@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "base/shortest_text.h"
@@ -12,16 +10,12 @@
 namespace walker {
 namespace {
 
-enum class Section { grass, stump, stairs, pit };
-
 constexpr double kScale = 30;  // of Gymnasium's slopes [1/m]
 
 double sign(double value) { return static_cast<double>((value > 0) - (value < 0)); }
 
 /// Lengths in steps are compared with this tolerance, so that 4 steps can be given as 1.8666667 m.
 constexpr double kTolerance = 1e-6;
-
-double floor_of(double steps) { return std::floor(steps + kTolerance); }
 
 std::int64_t ceiling_of(double steps) {
   return static_cast<std::int64_t>(std::ceil(steps - kTolerance));
@@ -42,9 +36,9 @@ class TerrainGenerator {
     // The order of the kinds is that of the numbers that Gymnasium and POET draw.
     terrain_.obstacles_are_gymnasiums = !level.has_obstacles();
     hardcore = hardcore && terrain_.obstacles_are_gymnasiums;
-    if (hardcore || level.stumps) add_kind(Section::stump);
-    if (hardcore || level.stairs) add_kind(Section::stairs);
-    if (hardcore || level.pit_gap) add_kind(Section::pit);
+    if (hardcore || level.stumps) kinds_.push_back(ObstacleKind::stump);
+    if (hardcore || level.stairs) kinds_.push_back(ObstacleKind::stairs);
+    if (hardcore || level.pit_gap) kinds_.push_back(ObstacleKind::pit);
   }
 
   Terrain generate() {
@@ -58,45 +52,33 @@ class TerrainGenerator {
         continue_section(i);
       }
       terrain_.ground[static_cast<std::size_t>(i)] = {x - setback_, y_};
+      // Gymnasium's picture of the ground ends at 0, above which all of a level may not be.
+      if (!level_.is_gymnasiums()) {
+        terrain_.bottom = std::min(terrain_.bottom, y_ - size_.start_height);
+      }
       choose_next_section();
     }
-    if (!level_.is_gymnasiums()) set_bottom();
     return std::move(terrain_);
   }
 
  private:
-  void add_kind(Section kind) { kinds_[static_cast<std::size_t>(num_kinds_++)] = kind; }
-
   void enter_section(double x) {
-    switch (section_) {
-      case Section::grass:
-        return;
-      case Section::stump:
-        return enter_stump(x);
-      case Section::stairs:
-        return enter_stairs(x);
-      case Section::pit:
-        return enter_pit(x);
-    }
+    if (section_ == ObstacleKind::stump) enter_stump(x);
+    if (section_ == ObstacleKind::stairs) enter_stairs(x);
+    if (section_ == ObstacleKind::pit) enter_pit(x);
   }
 
   void continue_section(int i) {
-    switch (section_) {
-      case Section::grass:
-        velocity_ = 0.8 * velocity_ + 0.01 * sign(size_.start_height - y_);
-        if (i > kTerrainStartPad) velocity_ += generator_.uniform(-1, 1) / kScale;
-        y_ += slope_factor_ * velocity_;
-        break;
-      case Section::stump:
-        break;
-      case Section::stairs:
-        y_ = level_.stairs ? height_beside(*level_.stairs) : height_beside_gymnasiums_stairs();
-        break;
-      case Section::pit:
-        y_ = section_y_;
-        if (remaining_ > 1) y_ -= pit_depth_;
-        if (remaining_ == 1) setback_ = pit_setback_;
-        break;
+    if (!section_) {
+      velocity_ = 0.8 * velocity_ + 0.01 * sign(size_.start_height - y_);
+      if (i > kTerrainStartPad) velocity_ += generator_.uniform(-1, 1) / kScale;
+      y_ += slope_factor_ * velocity_;
+    } else if (section_ == ObstacleKind::stairs) {
+      y_ = level_.stairs ? height_beside(*level_.stairs) : height_beside_gymnasiums_stairs();
+    } else if (section_ == ObstacleKind::pit) {
+      y_ = section_y_;
+      if (remaining_ > 1) y_ -= pit_depth_;
+      if (remaining_ == 1) setback_ = pit_setback_;
     }
   }
 
@@ -171,7 +153,7 @@ class TerrainGenerator {
   /// down.
   double height_beside(const Stairs& stairs) const {
     const auto column = static_cast<double>(stair_columns_ - 1 - remaining_);
-    const double tread = std::min(floor_of(column * column_ / stairs.tread_width),
+    const double tread = std::min(std::floor(column * column_ / stairs.tread_width + kTolerance),
                                   static_cast<double>(stairs.num_treads - 1));
     return section_y_ + (stair_height_ > 0 ? tread : -(tread + 1)) * stairs.rise;
   }
@@ -189,13 +171,6 @@ class TerrainGenerator {
                                    {left, bottom + height}}});
   }
 
-  /// Gymnasium's picture of the ground ends at 0, above which all of a level may not be.
-  void set_bottom() {
-    for (const Point& point : terrain_.ground) {
-      terrain_.bottom = std::min(terrain_.bottom, point.y - size_.start_height);
-    }
-  }
-
   void choose_next_section() {
     entering_ = false;
     --remaining_;
@@ -205,10 +180,11 @@ class TerrainGenerator {
     } else {
       remaining_ = generator_.integers(kTerrainGrass / 2, kTerrainGrass);
     }
-    const bool obstacle_next = section_ == Section::grass && num_kinds_ != 0;
-    section_ = Section::grass;
-    if (obstacle_next) {
-      section_ = kinds_[static_cast<std::size_t>(generator_.integers(1, 1 + num_kinds_) - 1)];
+    if (section_ || kinds_.empty()) {
+      section_.reset();
+    } else {
+      const auto count = static_cast<std::int64_t>(kinds_.size());
+      section_ = kinds_[static_cast<std::size_t>(generator_.integers(1, 1 + count) - 1)];
     }
     entering_ = true;
   }
@@ -216,13 +192,12 @@ class TerrainGenerator {
   Generator& generator_;
   const Level& level_;
   const CourseSize& size_;
-  double column_;                   // width [m]
-  double pit_depth_;                // [m]
-  double slope_factor_;             // of Gymnasium's slopes
-  std::array<Section, 3> kinds_{};  // of obstacles
-  std::int64_t num_kinds_ = 0;
+  double column_;        // width [m]
+  double pit_depth_;     // [m]
+  double slope_factor_;  // of Gymnasium's slopes
+  std::vector<ObstacleKind> kinds_;
   Terrain terrain_;
-  Section section_ = Section::grass;
+  std::optional<ObstacleKind> section_;        // empty: grass
   bool entering_ = false;                      // this step is the first of its section
   std::int64_t remaining_ = kTerrainStartPad;  // remaining steps of the section
   double y_;
@@ -236,46 +211,14 @@ class TerrainGenerator {
   std::int64_t stair_height_ = 0;  // +1 up, -1 down
 };
 
-auto numbers_of(const Stumps& stumps) {
-  return std::tie(stumps.width, stumps.height, stumps.clearance);
-}
-
-auto numbers_of(const Stairs& stairs) {
-  return std::tie(stairs.tread_width, stairs.rise, stairs.num_treads);
-}
-
-template <typename Obstacles>
-bool are_equal(const std::optional<Obstacles>& a, const std::optional<Obstacles>& b) {
-  return a ? b && numbers_of(*a) == numbers_of(*b) : !b;
-}
-
+/// Whether a world names a size of this kind of obstacle, such as stump_width for "stump_".
 template <typename Values>
-bool has_any(const Values& values, std::initializer_list<const char*> names) {
-  return std::any_of(names.begin(), names.end(),
-                     [&](const char* name) { return values.count(name) != 0; });
-}
-
-template <typename Values>
-bool has_stumps(const Values& values) {
-  return has_any(values, {"stump_width", "stump_height", "stump_float"});
-}
-
-template <typename Values>
-bool has_stairs(const Values& values) {
-  return has_any(values, {"stair_width", "stair_height", "stair_steps"});
-}
-
-double high_or(const World& world, const char* name, double absent) {
-  const auto found = world.find(name);
-  return found == world.end() ? absent : found->second.high;
+bool has(const Values& values, const std::string& kind) {
+  const auto first = values.lower_bound(kind);
+  return first != values.end() && first->first.rfind(kind, 0) == 0;
 }
 
 }  // namespace
-
-bool operator==(const Level& a, const Level& b) {
-  return a.ground_roughness == b.ground_roughness && a.obstacle_spacing == b.obstacle_spacing &&
-         a.pit_gap == b.pit_gap && are_equal(a.stumps, b.stumps) && are_equal(a.stairs, b.stairs);
-}
 
 Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
                          const Level& level) {
@@ -286,17 +229,16 @@ Level level_of(const WorldValues& values, const CourseSize& size, double roughne
   Level level;
   level.ground_roughness = value_or(values, "ground_roughness", roughness);
   const auto optional = [&](const char* name) {
-    const auto found = values.find(name);
-    return found == values.end() ? std::nullopt : std::optional<double>(found->second);
+    return values.count(name) != 0 ? std::optional<double>(values.at(name)) : std::nullopt;
   };
   level.obstacle_spacing = optional("obstacle_spacing");
   level.pit_gap = optional("pit_gap");
-  if (has_stumps(values)) {
+  if (has(values, "stump_")) {
     level.stumps = {value_or(values, "stump_width", size.stumps.width),
                     value_or(values, "stump_height", size.stumps.height),
                     value_or(values, "stump_float", size.stumps.clearance)};
   }
-  if (has_stairs(values)) {
+  if (has(values, "stair_")) {
     level.stairs = {value_or(values, "stair_width", size.stairs.tread_width),
                     value_or(values, "stair_height", size.stairs.rise),
                     static_cast<int>(value_or(values, "stair_steps", size.stairs.num_treads))};
@@ -310,35 +252,33 @@ std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const Le
   const std::string stumps = "Stumps" + texts.instead + ": ";
   const std::string stairs = "Stairs, up or down" + texts.instead + ": ";
   const std::string column = ", " + texts.column + " if only other sizes are named.";
-  const auto [min_width, max_width] = limits.stump_width;
-  const auto [min_height, max_height] = limits.stump_height;
-  const auto [min_tread, max_tread] = limits.tread_width;
-  const auto [min_rise, max_rise] = limits.rise;
-  const auto [min_spacing, max_spacing] = limits.spacing;
   return {
       {"ground_roughness", "", texts.roughness, limits.roughness, 0, limits.max_roughness},
       {"pit_gap", "m", pits + "distance between the two walls.", kNone, 0, limits.max_gap},
-      {"stump_width", "m", stumps + "width" + column, kNone, min_width, max_width},
-      {"stump_height", "m", stumps + "height" + column, kNone, min_height, max_height},
+      {"stump_width", "m", stumps + "width" + column, kNone, limits.stump_width.low,
+       limits.stump_width.high},
+      {"stump_height", "m", stumps + "height" + column, kNone, limits.stump_height.low,
+       limits.stump_height.high},
       {"stump_float", "m", stumps + "height above the ground, 0 if only other sizes are named.",
        kNone, 0, limits.max_float},
       {"stair_width", "m",
        stairs + "width of a step, " + texts.tread + " if only other sizes are named.", kNone,
-       min_tread, max_tread},
-      {"stair_height", "m", stairs + "height of a step" + column, kNone, min_rise, max_rise},
+       limits.tread_width.low, limits.tread_width.high},
+      {"stair_height", "m", stairs + "height of a step" + column, kNone, limits.rise.low,
+       limits.rise.high},
       {"stair_steps", "",
        stairs + "number of steps, the first level with the ground if they go up; 3 if only other "
                 "sizes are named.",
        kNone, 1, 10, true},
-      {"obstacle_spacing", "m", texts.spacing, kNone, min_spacing, max_spacing},
+      {"obstacle_spacing", "m", texts.spacing, kNone, limits.spacing.low, limits.spacing.high},
   };
 }
 
 void check_level(const World& world, const CourseSize& size, bool hardcore,
                  const std::string& advice) {
-  if (has_stairs(world)) {
-    const double width = high_or(world, "stair_width", size.stairs.tread_width);
-    const double steps = high_or(world, "stair_steps", size.stairs.num_treads);
+  if (has(world, "stair_")) {
+    const double width = range_or(world, "stair_width", size.stairs.tread_width).high;
+    const double steps = range_or(world, "stair_steps", size.stairs.num_treads).high;
     if (steps * width > size.obstacle_course()) {
       throw std::invalid_argument(
           "stair_steps = " + shortest_text(steps) + " of stair_width = " + shortest_text(width) +
@@ -347,7 +287,7 @@ void check_level(const World& world, const CourseSize& size, bool hardcore,
     }
   }
   const bool has_obstacles =
-      hardcore || has_stumps(world) || has_stairs(world) || world.count("pit_gap") != 0;
+      hardcore || has(world, "stump_") || has(world, "stair_") || has(world, "pit_gap");
   const auto spacing = world.find("obstacle_spacing");
   if (spacing != world.end() && !has_obstacles) {
     throw std::invalid_argument("obstacle_spacing = " + shortest_text(spacing->second.high) +

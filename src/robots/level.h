@@ -30,6 +30,10 @@ struct Stumps {
   double width;      ///< [m]
   double height;     ///< [m]
   double clearance;  ///< between ground and box [m]
+
+  friend bool operator==(const Stumps& a, const Stumps& b) {
+    return a.width == b.width && a.height == b.height && a.clearance == b.clearance;
+  }
 };
 
 /// Flights of stairs, up or down.
@@ -37,6 +41,10 @@ struct Stairs {
   double tread_width;  ///< [m]
   double rise;         ///< of each tread [m]
   int num_treads;
+
+  friend bool operator==(const Stairs& a, const Stairs& b) {
+    return a.tread_width == b.tread_width && a.rise == b.rise && a.num_treads == b.num_treads;
+  }
 };
 
 /// A world's level. Obstacles of an episode have equal sizes. Any kind of obstacle that is given
@@ -52,10 +60,12 @@ struct Level {
   bool is_gymnasiums() const {
     return ground_roughness == 1 && !obstacle_spacing && !has_obstacles();
   }
+  friend bool operator==(const Level& a, const Level& b) {
+    return a.ground_roughness == b.ground_roughness && a.obstacle_spacing == b.obstacle_spacing &&
+           a.pit_gap == b.pit_gap && a.stumps == b.stumps && a.stairs == b.stairs;
+  }
+  friend bool operator!=(const Level& a, const Level& b) { return !(a == b); }
 };
-
-bool operator==(const Level& a, const Level& b);
-inline bool operator!=(const Level& a, const Level& b) { return !(a == b); }
 
 /// Sizes of one robot's courses, and of the obstacles of which a world names only other sizes.
 struct CourseSize {
@@ -101,6 +111,12 @@ struct Terrain {
 Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
                          const Level& level);
 
+/// Returns the range of this name, or the number `absent`.
+inline WorldRange range_or(const World& world, const std::string& name, double absent) {
+  const auto found = world.find(name);
+  return found == world.end() ? WorldRange{absent, absent} : found->second;
+}
+
 /// @param roughness of a world that does not name it
 Level level_of(const WorldValues& values, const CourseSize& size, double roughness);
 
@@ -108,13 +124,13 @@ Level level_of(const WorldValues& values, const CourseSize& size, double roughne
 struct LevelLimits {
   double roughness;  ///< default
   double max_roughness;
-  double max_gap;                      ///< [m]
-  std::array<double, 2> stump_width;   ///< [m]
-  std::array<double, 2> stump_height;  ///< [m]
-  double max_float;                    ///< [m]
-  std::array<double, 2> tread_width;   ///< [m]
-  std::array<double, 2> rise;          ///< [m]
-  std::array<double, 2> spacing;       ///< [m]
+  double max_gap;           ///< [m]
+  WorldRange stump_width;   ///< [m]
+  WorldRange stump_height;  ///< [m]
+  double max_float;         ///< [m]
+  WorldRange tread_width;   ///< [m]
+  WorldRange rise;          ///< [m]
+  WorldRange spacing;       ///< [m]
 };
 
 /// Texts for the descriptions of a level's parameters.

@@ -259,37 +259,34 @@ WALKER_SIM_INLINE inline Vector<Scalar, W> sqrt(Vector<Scalar, W> a) {
   return root;
 }
 
+template <typename Scalar, int W>
+WALKER_SIM_INLINE inline typename Mask<Scalar, W>::Truth bits_of(Vector<Scalar, W> a) {
+  typename Mask<Scalar, W>::Truth bits;
+  __builtin_memcpy(&bits, &a, sizeof bits);
+  return bits;
+}
+
+template <typename Scalar>
+constexpr Integer<Scalar> kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
+
 /// Whether the magnitude is above the limit, or the number is NaN. Compares bits, because under
 /// -ffinite-math-only the compiler may assume that there is no NaN.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Mask<Scalar, W> exceeds(Vector<Scalar, W> a, Scalar limit) {
-  constexpr auto kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
-  typename Mask<Scalar, W>::Truth bits;
-  Integer<Scalar> limit_bits = 0;
-  __builtin_memcpy(&bits, &a, sizeof bits);
-  __builtin_memcpy(&limit_bits, &limit, sizeof limit_bits);
-  bits = bits & kAllButSign;
-  return Mask<Scalar, W>::of(bits > limit_bits);
+  const Integer<Scalar> limit_bits = bits_of(Vector<Scalar, 1>(limit));
+  return Mask<Scalar, W>::of((bits_of(a) & kAllButSign<Scalar>) > limit_bits);
 }
 
 /// Whether the number is 0 or -0.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Mask<Scalar, W> is_zero(Vector<Scalar, W> a) {
-  constexpr auto kAllButSign = std::numeric_limits<Integer<Scalar>>::max();
-  typename Mask<Scalar, W>::Truth bits;
-  __builtin_memcpy(&bits, &a, sizeof bits);
-  bits = bits & kAllButSign;
-  return Mask<Scalar, W>::of(bits == 0);
+  return Mask<Scalar, W>::of((bits_of(a) & kAllButSign<Scalar>) == 0);
 }
 
 /// Whether all bits are equal: 0 differs from -0.
 template <typename Scalar, int W>
 WALKER_SIM_INLINE inline Mask<Scalar, W> is_same(Vector<Scalar, W> a, Vector<Scalar, W> b) {
-  typename Mask<Scalar, W>::Truth bits_of_a;
-  typename Mask<Scalar, W>::Truth bits_of_b;
-  __builtin_memcpy(&bits_of_a, &a, sizeof bits_of_a);
-  __builtin_memcpy(&bits_of_b, &b, sizeof bits_of_b);
-  return Mask<Scalar, W>::of(bits_of_a == bits_of_b);
+  return Mask<Scalar, W>::of(bits_of(a) == bits_of(b));
 }
 
 /// W doubles in two vectors.

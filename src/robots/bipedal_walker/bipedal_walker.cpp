@@ -1,7 +1,6 @@
 #include "robots/bipedal_walker/bipedal_walker.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -55,85 +54,84 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
 void BipedalWalker::set_world(const WorldValues& values) { next_world_ = settings_of(values); }
 
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
-  build_world(generator);
-  RobotStep discarded;
-  discarded.action = kNoTorque.data();
-  step(discarded);
-}
-
-void BipedalWalker::build_world(Generator& generator) {
-  if (physics_ && reuses_world_ && !world_is_broken_) {
-    physics_->destroy();
-  } else {
-    physics_.emplace();
-  }
-  world_is_broken_ = true;  // until it is complete
-  // Draws in Gymnasium's order: terrain, clouds, push.
-  world_ = next_world_;
-  terrain_origin_ = generator.state();
-  terrain_ = generate_terrain(generator, is_hardcore_, world_.level);
-  clouds_ = generate_clouds(generator);
-  const double push = generator.uniform(-world_.initial_force, world_.initial_force);
-  physics_->build(terrain_, push, world_.dynamics);
-  world_is_broken_ = false;
-  shaping_.reset();
+  RobotStep reset;
+  reset.generator = &generator;
+  step(reset);
 }
 
 void BipedalWalker::step(RobotStep& step) {
-  begin_step(step);
-  try {
-    if (kernel_ != nullptr) {
-      WorldCall call{&*physics_, nullptr};
-      step_together(*kernel_, &call, 1);
-      if (call.failure) std::rethrow_exception(call.failure);
-    } else {
-      physics_->step();
-    }
-    cast_lidar(*physics_, terrain_, world_.lidar_range, lidar_);
-  } catch (const std::exception&) {
-    std::rethrow_exception(break_world());
-  }
-  finish_step(step);
+  step.robot = this;
+  RobotStep* const only = &step;
+  step_group(&only, 1);
+  if (step.failure) std::rethrow_exception(std::exchange(step.failure, nullptr));
 }
 
 void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexcept {
-  if (count == 1 || kernel_ == nullptr) return Robot::step_group(steps, count);
   const auto walker_of = [](const RobotStep& step) -> BipedalWalker& {
     return static_cast<BipedalWalker&>(*step.robot);
   };
   std::array<WorldCall, kMaxGroupSize> calls;
   std::array<RobotStep*, kMaxGroupSize> members;
   std::size_t num_calls = 0;
-  for (RobotStep* const* step = steps; step != steps + count; ++step) {
-    BipedalWalker& walker = walker_of(**step);
+  for (RobotStep* const* each = steps; each != steps + count; ++each) {
+    RobotStep& step = **each;
+    BipedalWalker& walker = walker_of(step);
     if (walker.kernel_ != kernel_) {
-      Robot::step_group(step, 1);
+      walker.step_group(each, 1);
       continue;
     }
-    if ((*step)->generator != nullptr) {
+    if (step.generator != nullptr) {
       try {
-        walker.build_world(*(*step)->generator);
+        walker.begin_episode(*step.generator);
       } catch (...) {
-        (*step)->failure = std::current_exception();
+        step.failure = std::current_exception();
         continue;
       }
-      (*step)->action = kNoTorque.data();
+      step.action = kNoTorque.data();
     }
-    walker.begin_step(**step);
-    calls[num_calls].physics = &*walker.physics_;
-    members[num_calls++] = *step;
+    walker.begin_step(step);
+    calls[num_calls] = {&*walker.physics_, &step.failure};
+    members[num_calls++] = &step;
   }
-  if (num_calls != 0) step_together(*kernel_, calls.data(), num_calls);
+  if (kernel_ != nullptr) step_together(*kernel_, calls.data(), num_calls);
   for (std::size_t i = 0; i < num_calls; ++i) {
     RobotStep& step = *members[i];
     BipedalWalker& walker = walker_of(step);
     try {
-      if (calls[i].failure) std::rethrow_exception(calls[i].failure);
+      if (step.failure) std::rethrow_exception(step.failure);
+      if (kernel_ == nullptr) walker.physics_->step();
       cast_lidar(*walker.physics_, walker.terrain_, walker.world_.lidar_range, walker.lidar_);
       walker.finish_step(step);
     } catch (...) {
-      step.failure = walker.break_world();
+      // A failed assertion leaves the world locked. The next reset makes a new one.
+      walker.physics_.reset();
+      step.failure = std::make_exception_ptr(std::runtime_error("Box2D failed an assertion"));
     }
+  }
+}
+
+/// Draws in Gymnasium's order: terrain, clouds, push.
+void BipedalWalker::begin_episode(Generator& generator) {
+  world_ = next_world_;
+  terrain_origin_ = generator.state();
+  terrain_ = generate_terrain(generator, is_hardcore_, world_.level);
+  clouds_ = generate_clouds(generator);
+  build_world(generator.uniform(-world_.initial_force, world_.initial_force), reuses_world_);
+  shaping_.reset();
+}
+
+/// If this throws, there is no world.
+void BipedalWalker::build_world(double push, bool reuse) {
+  try {
+    if (physics_ && reuse) {
+      physics_->destroy();
+    } else {
+      physics_.emplace();
+    }
+    physics_->build(terrain_, push, world_.dynamics);
+  } catch (...) {
+    physics_.reset();
+    throw;
   }
 }
 
@@ -143,12 +141,6 @@ void BipedalWalker::begin_step(const RobotStep& step) {
   if (step.generator != nullptr) return;  // the step of a reset
   if (step.push[0] != 0 || step.push[1] != 0) physics_->push(step.push);
   for (const LinkWrench& wrench : step.wrenches) physics_->apply(wrench);
-}
-
-/// A failed assertion leaves the world locked permanently.
-std::exception_ptr BipedalWalker::break_world() {
-  world_is_broken_ = true;
-  return std::make_exception_ptr(std::runtime_error("Box2D failed an assertion"));
 }
 
 void BipedalWalker::finish_step(RobotStep& step) {
@@ -226,8 +218,8 @@ void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_
 
 /// Terrain and clouds are not written; `load` draws them again from the generator's state.
 void BipedalWalker::save(StateWriter& writer) const {
-  writer.number(std::uint8_t{has_world()});
-  if (!has_world()) return;
+  writer.number(std::uint8_t{physics_.has_value()});
+  if (!physics_) return;
   writer.numbers(terrain_origin_.data(), terrain_origin_.size());
   writer.number(std::uint8_t{shaping_.has_value()});
   writer.number(shaping_.value_or(0));
@@ -244,7 +236,6 @@ std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues
   if (!reader.flag()) {  // the next reset makes a world
     return [this, world] {
       physics_.reset();
-      world_is_broken_ = false;
       next_world_ = world;
     };
   }
@@ -259,7 +250,7 @@ std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues
     ray.fraction = reader.number<float>();
     ray.hit = reader.flag();
   }
-  const bool is_same_world = has_world() && terrain_origin == terrain_origin_ && world == world_;
+  const bool is_same_world = physics_ && terrain_origin == terrain_origin_ && world == world_;
   Terrain terrain;
   Clouds clouds{};
   if (!is_same_world) {
@@ -271,14 +262,11 @@ std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues
   return [this, world, is_same_world, terrain_origin, clouds, shaping, velocity_before_step, lidar,
           terrain = std::move(terrain), restore = std::move(restore)] {
     if (!is_same_world) {
-      world_is_broken_ = true;  // until `build` has returned
-      physics_.emplace();
-      physics_->build(terrain, 0, world.dynamics);
-      world_is_broken_ = false;
       terrain_origin_ = terrain_origin;
       terrain_ = terrain;
       clouds_ = clouds;
       world_ = world;
+      build_world(0, false);
     }
     next_world_ = world;
     restore(*physics_);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <exception>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
-#include "robots/bipedal_walker/terrain.h"
 #include "robots/bipedal_walker/world_settings.h"
 #include "robots/robot.h"
 
@@ -43,21 +41,19 @@ class BipedalWalker : public Robot {
  private:
   friend class BrokenWorldTest;  // simulates a failed assertion
 
-  bool has_world() const { return physics_ && !world_is_broken_; }
-  void build_world(Generator& generator);
+  void begin_episode(Generator& generator);
+  void build_world(double push, bool reuse);
   void begin_step(const RobotStep& step);
   void finish_step(RobotStep& step);
-  std::exception_ptr break_world();
   Observed observed() const;
 
   bool is_hardcore_;
   bool reuses_world_;
   const Kernel* kernel_;  // steps a group of worlds; null if none is available
   std::shared_ptr<const Specification> specification_;
-  // Empty before the first reset. Stored in place: a step touches little of a world's 100 KiB, and
-  // untouched pages of a fresh allocation take up no memory.
+  // Empty before the first reset and after a failure. Stored in place: a step touches little of a
+  // world's 100 KiB, and untouched pages of a fresh allocation take up no memory.
   std::optional<Physics> physics_;
-  bool world_is_broken_ = false;     // the engine failed; the next reset makes a new world
   GeneratorState terrain_origin_{};  // generator state before terrain and clouds
   WorldSettings next_world_;         // of the resets to come
   WorldSettings world_;              // of this episode

@@ -84,7 +84,10 @@ class Builder : public ObservationBuilder {
     const Quaternion& q = measurements.orientation;
     observed.hull_angle = hull_angle_.follow(2 * std::atan2(-q[1], q[3]));
     observed.hull_angular_velocity = -measurements.angular_velocity[1];
-    observed.hull_velocity = velocity_of_center(measurements, observed);
+    const Vector3& center = specification_->links.front().center_of_mass;
+    const Vector3& velocity = measurements.linear_velocity;
+    observed.hull_velocity =
+        velocity_of_center(observed, {center[0], center[2]}, {velocity[0], velocity[2]});
     std::copy_n(measurements.joint_position.begin(), kJointCount, observed.joint_position.begin());
     std::copy_n(measurements.joint_velocity.begin(), kJointCount, observed.joint_velocity.begin());
     std::transform(measurements.contacts.begin(), measurements.contacts.end(),
@@ -96,14 +99,6 @@ class Builder : public ObservationBuilder {
   }
 
  private:
-  std::array<double, 2> velocity_of_center(const Measurements& measurements,
-                                           const Observed& observed) const {
-    const Vector3& center = specification_->links.front().center_of_mass;
-    return bipedal_walker::velocity_of_center(
-        observed, {center[0], center[2]},
-        {measurements.linear_velocity[0], measurements.linear_velocity[2]});
-  }
-
   std::shared_ptr<const Specification> specification_;
   UnwrappedAngle hull_angle_;
 };

@@ -8,7 +8,6 @@
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
-#include "robots/bipedal_walker/terrain.h"
 #include "robots/robot.h"
 #include "walker_sim/observation_builder.h"
 

@@ -164,20 +164,19 @@ void Physics::build_terrain(const Terrain& terrain) {
   const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
   terrain_.reserve(pieces);
   reserve_tree_nodes(static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
+  const auto add = [this](const b2Shape& shape) {
+    const b2BodyDef body;  // static, at the origin
+    terrain_.push_back(create_body(body, shape, 0, kTerrainFriction));
+    clear_move_buffer();
+  };
   for (const auto& obstacle : terrain.obstacles) {
-    add_terrain(terrain.obstacles_are_gymnasiums ? polygon_of(obstacle) : box_of(obstacle));
+    add(terrain.obstacles_are_gymnasiums ? polygon_of(obstacle) : box_of(obstacle));
   }
   for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
     b2EdgeShape shape;
     shape.Set(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
-    add_terrain(shape);
+    add(shape);
   }
-}
-
-void Physics::add_terrain(const b2Shape& shape) {
-  const b2BodyDef body;  // static, at the origin
-  terrain_.push_back(create_body(body, shape, 0, kTerrainFriction));
-  clear_move_buffer();
 }
 
 void Physics::build_leg(std::size_t leg) {
@@ -206,11 +205,7 @@ void Physics::drive(const double* action) {
         dynamics_.motor_strength * kMotorTorque * std::min(std::abs(action[i]), 1.0);
     joints_[i]->SetMaxMotorTorque(static_cast<float>(torque));
   }
-  if (dynamics_.joint_damping != 0) apply_damping();
-}
-
-/// Applies the torques of the joints' speeds before the step.
-void Physics::apply_damping() {
+  if (dynamics_.joint_damping == 0) return;
   for (b2RevoluteJoint* joint : joints_) {
     const auto damping = static_cast<float>(dynamics_.joint_damping);
     const float torque = damping * joint->GetJointSpeed();

@@ -11,7 +11,6 @@
 #include "base/state_bytes.h"
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/kernel/kernel.h"
-#include "robots/bipedal_walker/terrain.h"
 #include "robots/robot.h"
 #include "simd/choose_kernel.h"
 
@@ -131,9 +130,7 @@ class Physics {
 
   b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction);
   void build_terrain(const Terrain& terrain);
-  void add_terrain(const b2Shape& shape);
   void build_leg(std::size_t leg);
-  void apply_damping();
   void reserve_tree_nodes(int fixtures);
   void clear_move_buffer();
 
@@ -148,8 +145,8 @@ class Physics {
 
 /// One call of `Physics::step` within a group.
 struct WorldCall {
-  Physics* physics = nullptr;
-  std::exception_ptr failure;  ///< what `step` would have thrown
+  Physics* physics;
+  std::exception_ptr* failure;  ///< receives what `step` would have thrown
 };
 
 /// Advances distinct worlds by one step. Each world gets the same bits as by `Physics::step`.

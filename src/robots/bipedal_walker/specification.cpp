@@ -12,7 +12,7 @@
 
 #include "base/engine_release.h"
 #include "robots/bipedal_walker/observation.h"
-#include "robots/bipedal_walker/physics.h"
+#include "robots/bipedal_walker/world_settings.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -152,6 +152,22 @@ std::shared_ptr<const Specification> make_specification(const std::string& id,
   if (!stepper.empty()) specification->engine_version += kSteppedBy + stepper;
   known = specification;
   return specification;
+}
+
+Clouds generate_clouds(Generator& generator) {
+  Clouds clouds{};
+  const double y = kViewportHeight / kScale * 3 / 4;
+  for (Cloud& cloud : clouds) {
+    const double x = generator.uniform(0, kTerrainLength) * kTerrainStep;
+    for (std::size_t a = 0; a < cloud.size(); ++a) {
+      const double angle = 3.14 * 2 * static_cast<double>(a) / 5;
+      const double left = x + 15 * kTerrainStep * std::sin(angle);
+      cloud[a].x = left + generator.uniform(0, 5 * kTerrainStep);
+      const double low = y + 5 * kTerrainStep * std::cos(angle);
+      cloud[a].y = low + generator.uniform(0, 5 * kTerrainStep);
+    }
+  }
+  return clouds;
 }
 
 void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene) {

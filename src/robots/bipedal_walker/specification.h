@@ -1,13 +1,14 @@
 // The environment's specification, read from a Box2D world, and its scene.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
 #include <Box2D/Box2D.h>
 
+#include "base/random.h"
 #include "robots/bipedal_walker/physics.h"
-#include "robots/bipedal_walker/terrain.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 
@@ -24,6 +25,12 @@ const Specification& common_specification();
 std::shared_ptr<const Specification> make_specification(const std::string& id,
                                                         const Parameters& parameters,
                                                         const std::string& stepper = "");
+
+using Cloud = std::array<Point, 5>;
+using Clouds = std::array<Cloud, kTerrainLength / 20>;
+
+/// Draws exactly what Gymnasium's `_generate_clouds` draws, in its order.
+Clouds generate_clouds(Generator& generator);
 
 /// Sets the scene to terrain, clouds and flag in Gymnasium's colours.
 void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);

@@ -19,11 +19,6 @@ auto numbers_of(const Dynamics& dynamics) {
                   dynamics.knee_speed);
 }
 
-double high_or(const World& world, const char* name, double absent) {
-  const auto found = world.find(name);
-  return found == world.end() ? absent : found->second.high;
-}
-
 }  // namespace
 
 bool operator==(const WorldSettings& a, const WorldSettings& b) {
@@ -83,9 +78,8 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
 void check_world(const World& world, bool hardcore) {
   check_level(world, kCourseSize, hardcore, ", or take BipedalWalkerHardcore-v3");
   // The damping's torque is constant over a step. At twice this limit joints begin to oscillate.
-  const auto mass = world.find("mass_scale");
-  const double lightest = mass == world.end() ? 1 : mass->second.low;
-  const double damping = high_or(world, "joint_damping", 0);
+  const double lightest = range_or(world, "mass_scale", 1).low;
+  const double damping = range_or(world, "joint_damping", 0).high;
   if (damping > lightest) {
     throw std::invalid_argument("joint_damping = " + shortest_text(damping) +
                                 " N m s with mass_scale = " + shortest_text(lightest) +

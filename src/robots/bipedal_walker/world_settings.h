@@ -5,10 +5,17 @@
 
 #include "robots/bipedal_walker/constants.h"
 #include "robots/bipedal_walker/physics.h"
-#include "robots/bipedal_walker/terrain.h"
+#include "robots/level.h"
 #include "walker_sim/world.h"
 
 namespace walker::bipedal_walker {
+
+/// Gymnasium's course, with its smallest obstacles.
+constexpr CourseSize kCourseSize{kTerrainLength,
+                                 kTerrainStep,
+                                 kTerrainHeight,
+                                 {kTerrainStep, kTerrainStep, 0},
+                                 {4 * kTerrainStep, kTerrainStep, 3}};
 
 /// A world, Gymnasium's by default.
 struct WorldSettings {
@@ -19,6 +26,12 @@ struct WorldSettings {
 };
 
 bool operator==(const WorldSettings& a, const WorldSettings& b);
+
+/// Draws exactly what Gymnasium's `_generate_terrain` draws, in its order.
+/// @param hardcore whether the terrain has stumps, stairs and pits
+inline Terrain generate_terrain(Generator& generator, bool hardcore, const Level& level = {}) {
+  return walker::generate_terrain(generator, kCourseSize, hardcore, level);
+}
 
 /// Ignores the names that are not in `world_parameters`.
 WorldSettings settings_of(const WorldValues& values);

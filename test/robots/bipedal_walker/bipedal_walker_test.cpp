@@ -17,9 +17,6 @@ namespace {
 
 using Rows = std::vector<std::vector<double>>;
 
-constexpr const char* kPlain = "BipedalWalker-v3";
-constexpr const char* kHardcore = "BipedalWalkerHardcore-v3";
-
 Rows play_heuristic(Stepper& walker, std::optional<std::uint64_t> seed) {
   return play(walker, seed, Actions("heuristic", 0));
 }
@@ -85,11 +82,6 @@ TEST(Episodes, LimitDoesNotChangeTheSteps) {
   EXPECT_TRUE(walker.result.truncated);
   EXPECT_STREQ(walker.result.end_reason, "50 steps");
   for (std::size_t i = 0; i < 50; ++i) EXPECT_EQ(limited[i], whole[i]);
-}
-
-TEST(Episodes, HardcoreIsAParameterToo) {
-  Stepper by_parameter(kPlain, {{"hardcore", true}});
-  EXPECT_EQ(play_heuristic(by_parameter, 4), play_fresh(kHardcore, 4));
 }
 
 /// Stepping, sensing and acting allocate nothing by operator new; Box2D allocates by malloc.

@@ -10,7 +10,6 @@
 
 #include "robots/bipedal_walker/random_world.h"
 #include "robots/bipedal_walker/specification.h"
-#include "robots/bipedal_walker/terrain.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -259,50 +258,42 @@ TEST(LevelTest, PitsHaveTheirSizes) {
   EXPECT_GT(count, kLevels);
 }
 
-/// Returns the names of the kinds in a terrain with these sizes.
-std::multiset<std::string> kinds_in(const Terrain& terrain) {
-  std::multiset<std::string> kinds;
-  for (const Box& box : boxes_of(terrain)) {
-    const double height = box.top - box.bottom;
-    if (std::abs(height - 1.1) < kRounding) {
-      kinds.insert("stump");
-    } else if (std::abs(height - 0.3) < kRounding) {
-      kinds.insert("stairs");
-    } else if (std::abs(height - kDepth) < kRounding) {
-      kinds.insert("pit");
-    } else {
-      kinds.insert("other");
-    }
-  }
-  return kinds;
-}
+struct Kind {
+  const char* name;
+  std::pair<std::string, double> size;
+  double height;  ///< of each box [m]
+};
 
 TEST(LevelTest, HasTheKindsThatAreNamed) {
-  const std::map<std::string, std::pair<std::string, double>> sizes{
-      {"stump", {"stump_height", 1.1}}, {"stairs", {"stair_height", 0.3}}, {"pit", {"pit_gap", 1}}};
+  const std::array<Kind, 3> kinds{{{"stump", {"stump_height", 1.1}, 1.1},
+                                   {"stairs", {"stair_height", 0.3}, 0.3},
+                                   {"pit", {"pit_gap", 1}, kDepth}}};
+  const auto kind_of = [&kinds](const Box& box) {
+    for (const Kind& kind : kinds) {
+      if (std::abs(box.top - box.bottom - kind.height) < kRounding) return kind.name;
+    }
+    return "other";
+  };
   for (const bool hardcore : {false, true}) {
     for (unsigned chosen = 1; chosen < 8; ++chosen) {
       WorldValues values;
       std::set<std::string> expected;
-      unsigned bit = 1;
-      for (const auto& [kind, size] : sizes) {
-        if ((chosen & bit) != 0) {
-          values.insert(size);
-          expected.insert(kind);
-        }
-        bit *= 2;
+      for (std::size_t i = 0; i < kinds.size(); ++i) {
+        if ((chosen >> i & 1U) == 0) continue;
+        values.insert(kinds[i].size);
+        expected.insert(kinds[i].name);
       }
-      std::multiset<std::string> found;
-      for (int i = 0; i < 100; ++i) found.merge(kinds_in(level(values, i, hardcore)));
-      EXPECT_EQ(std::set<std::string>(found.begin(), found.end()), expected);
-      const double pieces = 3;  // of stairs; pits have 2 walls
-      const auto total = static_cast<double>(found.count("stump")) +
-                         static_cast<double>(found.count("stairs")) / pieces +
-                         static_cast<double>(found.count("pit")) / 2;
-      if (expected.count("stump") != 0) {
-        EXPECT_NEAR(static_cast<double>(found.count("stump")) / total,
-                    1.0 / static_cast<double>(expected.size()), 0.08);
+      std::map<std::string, double> found;
+      for (int i = 0; i < 100; ++i) {
+        for (const Box& box : boxes_of(level(values, i, hardcore))) ++found[kind_of(box)];
       }
+      std::set<std::string> names;
+      for (const auto& [name, count] : found) names.insert(name);
+      EXPECT_EQ(names, expected);
+      if (expected.count("stump") == 0) continue;
+      // A flight of stairs has 3 boxes, a pit 2.
+      const double total = found["stump"] + found["stairs"] / 3 + found["pit"] / 2;
+      EXPECT_NEAR(found["stump"] / total, 1.0 / static_cast<double>(expected.size()), 0.08);
     }
   }
 }

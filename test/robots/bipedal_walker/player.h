@@ -15,6 +15,9 @@
 
 namespace walker::bipedal_walker {
 
+constexpr const char* kPlain = "BipedalWalker-v3";
+constexpr const char* kHardcore = "BipedalWalkerHardcore-v3";
+
 class Actions {
  public:
   /// @param kind random, heuristic, noisy, zero, saturated, outside or double

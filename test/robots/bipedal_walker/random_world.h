@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "base/random.h"
 #include "robots/bipedal_walker/observation.h"
+#include "robots/bipedal_walker/player.h"
 #include "robots/bipedal_walker/world_settings.h"
 #include "robots/robot.h"
 #include "walker_sim/parameters.h"
@@ -18,10 +20,16 @@
 
 namespace walker::bipedal_walker {
 
-inline World numbers(const WorldValues& values) {
-  World world;
-  for (const auto& [name, value] : values) world[name] = {value, value};
-  return world;
+/// Returns the steps that WALKER_SIM_TEST_STEPS names.
+inline long num_test_steps(long absent) {
+  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
+  return text != nullptr ? std::strtol(text, nullptr, 10) : absent;
+}
+
+inline std::vector<double> draw_action(Generator& random) {
+  std::vector<double> action(kJointCount);
+  for (double& value : action) value = random.uniform(-1, 1);
+  return action;
 }
 
 /// Draws values within the limits of a third of the parameters.
@@ -34,7 +42,7 @@ inline WorldValues random_values(Generator& generator, bool hardcore = false) {
       values[parameter.name] = parameter.is_whole ? std::round(value) : value;
     }
     try {
-      check_world(numbers(values), hardcore);
+      check_world(as_numbers(values), hardcore);
       return values;
     } catch (const std::invalid_argument&) {  // a contradiction
     }
@@ -47,8 +55,7 @@ inline std::unique_ptr<Robot> make_robot(const std::string& id, const Parameters
 
 /// A robot with its generator and the results of its last reset or step.
 struct Player {
-  explicit Player(const WorldValues& values, std::uint64_t seed,
-                  const std::string& id = "BipedalWalker-v3")
+  explicit Player(const WorldValues& values, std::uint64_t seed, const std::string& id = kPlain)
       : robot(make_robot(id)), generator(seed) {
     robot->set_world(values);
     reset();

@@ -11,8 +11,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr const char* kPlain = "BipedalWalker-v3";
-
 /// Id, reuse_world and the kind of actions.
 class SavedStateTest : public testing::TestWithParam<std::tuple<std::string, bool, std::string>> {};
 
@@ -24,10 +22,10 @@ TEST_P(SavedStateTest, HasTheSameFuture) {
       make, make, [&kind = kind](int seed) { return Actions(kind, seed); }, 8, 150);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Walkers, SavedStateTest,
-    testing::Combine(testing::Values(kPlain, "BipedalWalkerHardcore-v3"), testing::Bool(),
-                     testing::Values("random", "heuristic", "noisy", "saturated")));
+INSTANTIATE_TEST_SUITE_P(Walkers, SavedStateTest,
+                         testing::Combine(testing::Values(kPlain, kHardcore), testing::Bool(),
+                                          testing::Values("random", "heuristic", "noisy",
+                                                          "saturated")));
 
 Stepper walked(const std::string& id = kPlain, const Parameters& parameters = {},
                int num_steps = 30) {
@@ -104,8 +102,8 @@ TEST(SavedState, DamagedOneIsRejected) {
 
 /// With a valid checksum, corrupt data may change numbers but must not cause invalid accesses.
 TEST(SavedState, IndicesAreChecked) {
-  const State state = save(walked("BipedalWalkerHardcore-v3", {}, 40));
-  Stepper walker("BipedalWalkerHardcore-v3");
+  const State state = save(walked(kHardcore, {}, 40));
+  Stepper walker(kHardcore);
   std::mt19937 random(5);
   int num_rejected = 0;
   int num_loaded = 0;

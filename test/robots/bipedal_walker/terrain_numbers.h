@@ -3,7 +3,8 @@
 
 #include <vector>
 
-#include "robots/bipedal_walker/terrain.h"
+#include "robots/bipedal_walker/specification.h"
+#include "robots/bipedal_walker/world_settings.h"
 
 namespace walker::bipedal_walker {
 

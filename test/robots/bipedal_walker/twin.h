@@ -8,7 +8,7 @@
 
 #include "robots/bipedal_walker/physics.h"
 #include "robots/bipedal_walker/specification.h"
-#include "robots/bipedal_walker/terrain.h"
+#include "robots/bipedal_walker/world_settings.h"
 
 namespace walker::bipedal_walker {
 

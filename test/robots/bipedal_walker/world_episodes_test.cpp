@@ -5,15 +5,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <utility>
 
 #include "observer.h"
 #include "robots/bipedal_walker/random_world.h"
 
 namespace walker::bipedal_walker {
 namespace {
-
-constexpr const char* kPlain = "BipedalWalker-v3";
-constexpr const char* kHardcore = "BipedalWalkerHardcore-v3";
 
 std::vector<std::byte> saved(const Robot& robot) {
   std::vector<std::byte> bytes;
@@ -33,12 +32,6 @@ std::vector<double> observed(const Robot& robot) {
   std::vector<double> observation(kObservationSize);
   robot.observe(observation.data());
   return observation;
-}
-
-std::vector<double> draw_action(Generator& random) {
-  std::vector<double> action(kJointCount);
-  for (double& value : action) value = random.uniform(-1, 1);
-  return action;
 }
 
 /// Resets and steps of random worlds and plain ones, in groups of all sizes, against single ones.
@@ -247,22 +240,31 @@ TEST(WorldEpisodesTest, NoiseChangesItsValuesOnly) {
     return changed;
   };
   using Indices = std::vector<std::size_t>;
+  const std::vector<std::pair<std::function<void(SensorNoise&)>, Indices>> cases{
+      {[](SensorNoise& n) {
+         n.joint_position = {0, 0.1, 0, 0};
+       },
+       {kFirstLeg + 2}},
+      {[](SensorNoise& n) {
+         n.joint_velocity = {0, 0, 0.1, 0};
+       },
+       {kSecondLeg + 1}},
+      {[](SensorNoise& n) {
+         n.linear_velocity = {0.1, 0};
+       },
+       {kHorizontalSpeed}},
+      {[](SensorNoise& n) {
+         n.linear_velocity = {0, 0.1};
+       },
+       {kVerticalSpeed}},
+      {[](SensorNoise& n) { n.angular_velocity = 0.1; },
+       {kHullAngularVelocity, kHorizontalSpeed, kVerticalSpeed}}};
+  for (const auto& [set, indices] : cases) {
+    SensorNoise noise;
+    set(noise);
+    EXPECT_EQ(changed_by(noise), indices);
+  }
   SensorNoise noise;
-  noise.joint_position = {0, 0.1, 0, 0};
-  EXPECT_EQ(changed_by(noise), Indices{kFirstLeg + 2});
-  noise = {};
-  noise.joint_velocity = {0, 0, 0.1, 0};
-  EXPECT_EQ(changed_by(noise), Indices{kSecondLeg + 1});
-  noise = {};
-  noise.linear_velocity = {0.1, 0};
-  EXPECT_EQ(changed_by(noise), Indices{kHorizontalSpeed});
-  noise = {};
-  noise.linear_velocity = {0, 0.1};
-  EXPECT_EQ(changed_by(noise), Indices{kVerticalSpeed});
-  noise = {};
-  noise.angular_velocity = 0.1;
-  EXPECT_EQ(changed_by(noise), (Indices{kHullAngularVelocity, kHorizontalSpeed, kVerticalSpeed}));
-  noise = {};
   noise.ranges.assign(kLidarRays, 0.1);
   Indices hits;
   for (std::size_t i = 0; i < kLidarRays; ++i) {

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <iostream>
 
 #include "robots/bipedal_walker/random_world.h"
@@ -12,12 +11,6 @@ namespace walker::bipedal_walker {
 namespace {
 
 constexpr std::size_t kRobots = 64;
-constexpr const char* kHardcore = "BipedalWalkerHardcore-v3";
-
-long steps_of_each() {
-  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
-  return text != nullptr ? std::strtol(text, nullptr, 10) : 12800;
-}
 
 /// Box2D limits a body's turning speed to this, which unstable joints reach [rad/s].
 constexpr double kEngineLimit = 157.07;
@@ -47,6 +40,7 @@ double gap_of(const Sensors& sensors, const Specification& specification) {
 /// Plays random episodes of up to 400 steps. Every other walker is pushed through the level, also
 /// after its fall.
 Outcome play(const WorldValues& values) {
+  const long num_steps = num_test_steps(12800);
   Outcome outcome;
   Generator random(1);
   const double mass = value_or(values, "mass_scale", 1);
@@ -58,12 +52,12 @@ Outcome play(const WorldValues& values) {
     generators.emplace_back(i);
   }
   std::vector<int> ages(kRobots, 400);
-  std::vector<std::array<double, kJointCount>> actions(kRobots);
+  std::vector<std::vector<double>> actions(kRobots);
   std::array<double, kObservationSize> observation{};
   Sensors sensors;
   std::vector<RobotStep> steps(kRobots);
   std::vector<RobotStep*> pointers;
-  for (long done = 0; done < steps_of_each(); done += kRobots) {
+  for (long done = 0; done < num_steps; done += kRobots) {
     pointers.clear();
     for (std::size_t i = 0; i < kRobots; ++i) {
       RobotStep& step = steps[i];
@@ -71,7 +65,7 @@ Outcome play(const WorldValues& values) {
       const bool has_ended = ages[i] >= 400 || (!is_pushed && step.terminated);
       step = {};
       step.robot = robots[i].get();
-      for (double& value : actions[i]) value = random.uniform(-1, 1);
+      actions[i] = draw_action(random);
       step.action = actions[i].data();
       if (is_pushed) step.push = {mass * random.uniform(-0.5, 1.5), mass * random.uniform(0, 1.5)};
       if (has_ended) {
@@ -121,7 +115,7 @@ TEST(WorldLimitsTest, EndsOfEveryRangeAreStable) {
     for (const double value : {parameter.minimum, parameter.maximum}) {
       WorldValues values{{parameter.name, value}};
       if (parameter.name == "joint_damping") values["mass_scale"] = std::max(value, 0.2);
-      ASSERT_NO_THROW(check_world(numbers(values), true));
+      ASSERT_NO_THROW(check_world(as_numbers(values), true));
       expect_stable(parameter.name + " = " + std::to_string(value), values);
     }
   }
@@ -148,7 +142,7 @@ TEST(WorldLimitsTest, CornersAreStable) {
       if (choice == 1) values[parameter.name] = parameter.maximum;
     }
     try {
-      check_world(numbers(values), true);
+      check_world(as_numbers(values), true);
     } catch (const std::invalid_argument&) {
       continue;
     }

@@ -13,9 +13,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-constexpr const char* kPlain = "BipedalWalker-v3";
-constexpr const char* kHardcore = "BipedalWalkerHardcore-v3";
-
 TEST(WorldSettingsTest, RegistrationHasTheParameters) {
   const std::set<std::string> expected{
       "ground_roughness", "pit_gap",      "stump_width",      "stump_height", "stump_float",
@@ -53,10 +50,9 @@ TEST(WorldSettingsTest, GymnasiumsValuesHaveGymnasiumsBits) {
       Player plain({}, seed, id);
       Player named(all, seed, id);
       Generator random(seed);
-      std::vector<double> action(kJointCount);
       EXPECT_EQ(named.observation, plain.observation);
       for (int i = 0; i < 200 && !plain.result.terminated; ++i) {
-        for (double& value : action) value = random.uniform(-1, 1);
+        const std::vector<double> action = draw_action(random);
         plain.step(action);
         named.step(action);
         ASSERT_EQ(named.observation, plain.observation) << id << ", seed " << seed;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "error_message.h"
-#include "robots/bipedal_walker/terrain.h"
+#include "robots/bipedal_walker/world_settings.h"
 #include "robots/mujoco/random_level.h"
 
 namespace walker::mujoco {

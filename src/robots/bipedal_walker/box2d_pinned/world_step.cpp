@@ -316,11 +316,11 @@ class Group {
   template <typename Function>
   void for_each(const Function& function) {
     for (std::size_t i = 0; i < count_; ++i) {
-      if (calls_[i].failure) continue;
+      if (*calls_[i].failure) continue;
       try {
         function(i);
       } catch (...) {
-        calls_[i].failure = std::current_exception();
+        *calls_[i].failure = std::current_exception();
       }
     }
   }
@@ -344,7 +344,7 @@ void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) no
     group->step();
   } catch (...) {  // out of memory
     std::for_each(calls, calls + count,
-                  [](WorldCall& call) { call.failure = std::current_exception(); });
+                  [](const WorldCall& call) { *call.failure = std::current_exception(); });
   }
 }
 

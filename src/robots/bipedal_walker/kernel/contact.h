@@ -159,9 +159,7 @@ WALKER_SIM_INLINE inline void warm_start(const ContactLanes<W>& contact, BodyLan
     const Vec2<W> impulse = point.normal_impulse * contact.normal + point.tangent_impulse * tangent;
     BodyLanes<W> after = body;
     apply(contact, impulse, cross(point.arm, impulse), after);
-    const Truth<W> takes_part = i == 0 ? contact.exists : contact.has_two;
-    body.velocity = select(takes_part, after.velocity, body.velocity);
-    body.angular_velocity = select(takes_part, after.angular_velocity, body.angular_velocity);
+    body = select(i == 0 ? contact.exists : contact.has_two, after, body);
   }
 }
 
@@ -241,8 +239,7 @@ WALKER_SIM_INLINE inline Vec2<W> solve_two_normals(const ContactLanes<W>& contac
   BodyLanes<W> after = body;
   apply(contact, impulse_1 + impulse_2,
         cross(point_1.arm, impulse_1) + cross(point_2.arm, impulse_2), after);
-  body.velocity = select(is_solved, after.velocity, body.velocity);
-  body.angular_velocity = select(is_solved, after.angular_velocity, body.angular_velocity);
+  body = select(is_solved, after, body);
   return select(is_solved, x, a);
 }
 
@@ -267,15 +264,9 @@ WALKER_SIM_INLINE inline void solve(ContactLanes<W>& contact, BodyLanes<W>& body
     const Vec2<W> impulses = solve_two_normals(contact, now);
     point_1.normal_impulse = select(contact.has_two, impulses.x, impulse_of_one);
     point_2.normal_impulse = impulses.y;
-    now.velocity = select(contact.has_two, now.velocity, with_one.velocity);
-    now.angular_velocity = select(contact.has_two, now.angular_velocity, with_one.angular_velocity);
+    now = select(contact.has_two, now, with_one);
   }
-  if (contact.all_exist) {
-    body = now;
-  } else {
-    body.velocity = select(contact.exists, now.velocity, body.velocity);
-    body.angular_velocity = select(contact.exists, now.angular_velocity, body.angular_velocity);
-  }
+  body = contact.all_exist ? now : select(contact.exists, now, body);
 }
 
 /// b2ContactSolver::SolvePositionConstraints and SolveTOIPositionConstraints for one contact.

@@ -44,6 +44,27 @@ WALKER_SIM_INLINE inline void integrate(Number<W> dt, BodyState<Number<W>>& body
   body.angle += dt * body.angular_velocity;
 }
 
+/// Runs position iterations. Each lane keeps the positions of the iteration in which it converges.
+/// @param count   lanes that must converge
+/// @param iterate returns the lanes in which all position errors are within tolerance
+/// @return the lanes that have converged
+template <int W, std::size_t N, typename Iterate>
+WALKER_SIM_INLINE inline Truth<W> correct_positions(std::array<PositionLanes<W>, N>& positions,
+                                                    int iterations, int count,
+                                                    const Iterate& iterate) {
+  std::array<PositionLanes<W>, N> kept = positions;
+  Truth<W> is_kept = Truth<W>::none();
+  const unsigned all = (1U << count) - 1;
+  for (int i = 0; i < iterations && (to_bits(is_kept) & all) != all; ++i) {
+    const Truth<W> has_converged = iterate() & ~is_kept;
+    if (!any(has_converged)) continue;
+    for (std::size_t k = 0; k < N; ++k) kept[k] = select(has_converged, positions[k], kept[k]);
+    is_kept = is_kept | has_converged;
+  }
+  for (std::size_t k = 0; k < N; ++k) positions[k] = select(is_kept, kept[k], positions[k]);
+  return is_kept;
+}
+
 /// Contacts of the same body, at the same index in each world's list.
 template <int W>
 struct Slot {
@@ -63,9 +84,7 @@ class IslandLanes {
   }
 
   void solve() {
-    load_bodies();
-    load_joints();
-    load_masses();
+    load_state();
     prepare_velocities();
     if constexpr (W == 1) {
       single_world_.solve(model_.velocity_iterations, inverse_masses_, first_slots_, joints_,
@@ -83,37 +102,23 @@ class IslandLanes {
     store(bodies_, &Island::bodies);
   }
 
-  /// Runs position iterations. A world keeps the positions of the iteration in which it converges.
   void correct(int iterations) {
-    load_bodies();
-    load_joints();
-    load_masses();
+    load_state();
     for (int i = 0; i < kBodies; ++i) {
       positions_[i] = {{bodies_[i].x, bodies_[i].y}, bodies_[i].angle};
     }
-    std::array<PositionLanes<W>, kBodies> kept;
-    Truth<W> is_kept = Truth<W>::none();
-    const unsigned all = (1U << count_) - 1;
-    for (int i = 0; i < iterations && (to_bits(is_kept) & all) != all; ++i) {
-      const Truth<W> has_converged = solve_positions() & ~is_kept;
-      if (!any(has_converged)) continue;
-      for (int k = 0; k < kBodies; ++k) {
-        kept[k].center = select(has_converged, positions_[k].center, kept[k].center);
-        kept[k].angle = select(has_converged, positions_[k].angle, kept[k].angle);
-      }
-      is_kept = is_kept | has_converged;
-    }
+    const Truth<W> is_solved = correct_positions(
+        positions_, iterations, count_, [this]() WALKER_SIM_INLINE { return solve_positions(); });
     for (int i = 0; i < kBodies; ++i) {
-      const Vec2<W> center = select(is_kept, kept[i].center, positions_[i].center);
-      bodies_[i].x = center.x;
-      bodies_[i].y = center.y;
-      bodies_[i].angle = select(is_kept, kept[i].angle, positions_[i].angle);
+      bodies_[i].x = positions_[i].center.x;
+      bodies_[i].y = positions_[i].center.y;
+      bodies_[i].angle = positions_[i].angle;
       rotations_[i] = rotation_of<W>(bodies_[i].angle);
     }
     store(bodies_, &Island::bodies);
     store(rotations_, &Island::rotations);
     for (int lane = 0; lane < count_; ++lane) {
-      islands_[lane]->position_is_solved = (to_bits(is_kept) >> lane) & 1U;
+      islands_[lane]->position_is_solved = (to_bits(is_solved) >> lane) & 1U;
     }
   }
 
@@ -150,10 +155,11 @@ class IslandLanes {
     first_slots_[kBodies] = num_slots_;
   }
 
-  void load_bodies() { load(&Island::bodies, bodies_); }
-  void load_joints() { load(&Island::joints, joint_states_); }
-
-  void load_masses() { load(&Island::inverse_masses, inverse_masses_); }
+  void load_state() {
+    load(&Island::bodies, bodies_);
+    load(&Island::joints, joint_states_);
+    load(&Island::inverse_masses, inverse_masses_);
+  }
 
   WALKER_SIM_INLINE MassLanes<W> mass_of(int body) const {
     const auto& [mass, inertia] = inverse_masses_[body];
@@ -287,7 +293,6 @@ class IslandLanes {
     }
   }
 
-  /// @return the lanes in which all position errors are within tolerance
   WALKER_SIM_INLINE Truth<W> solve_positions() {
     Number<W> separation(0);
     for (int i = 0; i < num_slots_; ++i) {

@@ -125,10 +125,23 @@ struct BodyLanes {
 };
 
 template <int W>
+WALKER_SIM_INLINE inline BodyLanes<W> select(Truth<W> mask, const BodyLanes<W>& a,
+                                             const BodyLanes<W>& b) {
+  return {select(mask, a.velocity, b.velocity),
+          select(mask, a.angular_velocity, b.angular_velocity)};
+}
+
+template <int W>
 struct PositionLanes {
   Vec2<W> center;
   Number<W> angle;
 };
+
+template <int W>
+WALKER_SIM_INLINE inline PositionLanes<W> select(Truth<W> mask, const PositionLanes<W>& a,
+                                                 const PositionLanes<W>& b) {
+  return {select(mask, a.center, b.center), select(mask, a.angle, b.angle)};
+}
 
 template <int W>
 struct MassLanes {

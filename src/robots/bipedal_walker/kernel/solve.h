@@ -75,24 +75,18 @@ class ToiLanes {
 
   /// Runs position iterations until the penetration of each body is within tolerance.
   void correct() {
-    PositionLanes<W> position{{body_.x, body_.y}, body_.angle};
-    PositionLanes<W> kept = position;
-    Truth<W> is_kept = Truth<W>::none();
-    const unsigned all = (1U << count_) - 1;
-    for (int k = 0; k < kToiPositionIterations && (to_bits(is_kept) & all) != all; ++k) {
+    std::array<PositionLanes<W>, 1> position{{{{body_.x, body_.y}, body_.angle}}};
+    correct_positions(position, kToiPositionIterations, count_, [&]() WALKER_SIM_INLINE {
       Number<W> separation(0);
       for (int i = 0; i < num_slots_; ++i) {
         solve_position(manifolds_[i], any(manifolds_[i].has_two_points), mass_, kToiBaumgarte,
-                       position, separation);
+                       position[0], separation);
       }
-      const Truth<W> is_near = separation >= Number<W>(-1.5F * kLinearSlop);
-      kept.center = select(is_kept, kept.center, position.center);
-      kept.angle = select(is_kept, kept.angle, position.angle);
-      is_kept = is_kept | is_near;
-    }
-    body_.x = kept.center.x;
-    body_.y = kept.center.y;
-    body_.angle = kept.angle;
+      return separation >= Number<W>(-1.5F * kLinearSlop);
+    });
+    body_.x = position[0].center.x;
+    body_.y = position[0].center.y;
+    body_.angle = position[0].angle;
     for (int lane = 0; lane < count_; ++lane) {
       islands_[lane]->safe_x = body_.x[lane];
       islands_[lane]->safe_y = body_.y[lane];

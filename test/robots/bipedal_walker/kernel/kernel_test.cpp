@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <random>
@@ -18,86 +17,65 @@
 namespace walker::bipedal_walker {
 namespace {
 
-long steps_of_each() {
-  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
-  return text != nullptr ? std::strtol(text, nullptr, 10) : 3000;
+/// @return the steps of all kernels, which must have Box2D's bits
+Report compare_with_box2d(const RunOptions& options) {
+  const std::vector<const Kernel*> all = kernels();
+  EXPECT_FALSE(all.empty()) << "no kernel for this processor";
+  const Report report = run(all, options);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Tally& tally = report.tallies[i];
+    EXPECT_EQ(tally.different, 0) << all[i]->instruction_set << " with " << options.worlds
+                                  << " worlds: " << tally.first_different;
+  }
+  return report;
 }
 
-/// Mode, hardcore, reuse_world.
-class KernelTest : public testing::TestWithParam<std::tuple<std::string, bool, bool>> {};
+/// Other code solves a single world. Every other one of the random worlds is plain.
+enum class Worlds { plain, single, random };
 
-void compare_with_box2d(const RunOptions& options) {
-  const std::vector<const Kernel*> all = kernels();
-  ASSERT_FALSE(all.empty()) << "no kernel for this processor";
-  const Report report = run(all, options);
+/// Mode, hardcore, reuse_world, worlds.
+class KernelTest : public testing::TestWithParam<std::tuple<std::string, bool, bool, Worlds>> {};
+
+TEST_P(KernelTest, HasBox2dsBits) {
+  RunOptions options;
+  Worlds worlds;
+  std::tie(options.mode, options.hardcore, options.reuse_world, worlds) = GetParam();
+  options.steps = num_test_steps(3000);
+  options.random_worlds = worlds == Worlds::random;
+  if (worlds == Worlds::single) options.worlds = 1;
+  const bool falls_asleep = options.mode == "rest" && worlds != Worlds::random;
+  if (falls_asleep && worlds == Worlds::plain) {  // enough steps to fall asleep
+    options.worlds = 17;
+    options.steps = std::max(options.steps, 180 * static_cast<long>(options.worlds));
+  }
+  const Report report = compare_with_box2d(options);
   ASSERT_GE(report.steps, options.steps);
   std::cout << report.steps << " steps each, " << report.resets << " resets, up to "
             << report.most_contacts << " contacts, " << report.failures
             << " assertions, asleep after " << report.sleeps << "\n";
-  if (options.mode == "rest") {
+  if (falls_asleep) {
     EXPECT_GT(report.sleeps, 0);
   }
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Tally& tally = report.tallies[i];
-    std::cout << all[i]->instruction_set << ": " << tally.different << " differ\n";
-    EXPECT_EQ(tally.different, 0) << all[i]->instruction_set << " " << tally.first_different;
-  }
-}
-
-TEST_P(KernelTest, HasBox2dsBits) {
-  RunOptions options;
-  std::tie(options.mode, options.hardcore, options.reuse_world) = GetParam();
-  options.steps = steps_of_each();
-  if (options.mode == "rest") {  // enough steps to fall asleep
-    options.worlds = 17;
-    options.steps = std::max(options.steps, 180 * static_cast<long>(options.worlds));
-  }
-  compare_with_box2d(options);
-}
-
-/// Other code solves a single world.
-TEST_P(KernelTest, HasBox2dsBitsInASingleWorld) {
-  RunOptions options;
-  std::tie(options.mode, options.hardcore, options.reuse_world) = GetParam();
-  options.worlds = 1;
-  options.steps = steps_of_each();
-  compare_with_box2d(options);
 }
 
 INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
                          testing::Combine(testing::ValuesIn(kModes), testing::Bool(),
-                                          testing::Bool()));
+                                          testing::Bool(),
+                                          testing::Values(Worlds::plain, Worlds::single)));
+INSTANTIATE_TEST_SUITE_P(Worlds, KernelTest,
+                         testing::Combine(testing::ValuesIn(kModes), testing::Bool(),
+                                          testing::Values(false), testing::Values(Worlds::random)));
 
-/// Mode and hardcore.
-class KernelWorldsTest : public testing::TestWithParam<std::tuple<std::string, bool>> {};
-
-TEST_P(KernelWorldsTest, RandomWorldsBesidePlainOnesHaveBox2dsBits) {
-  RunOptions options;
-  std::tie(options.mode, options.hardcore) = GetParam();
-  options.random_worlds = true;
-  options.steps = steps_of_each();
-  const std::vector<const Kernel*> all = kernels();
-  const Report report = run(all, options);
-  std::cout << report.steps << " steps each, " << report.resets << " resets, up to "
-            << report.most_contacts << " contacts, " << report.failures << " assertions\n";
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Tally& tally = report.tallies[i];
-    EXPECT_EQ(tally.different, 0) << all[i]->instruction_set << " " << tally.first_different;
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Worlds, KernelWorldsTest,
-                         testing::Combine(testing::ValuesIn(kModes), testing::Bool()));
-
-TEST(KernelGroupTest, AnyNumberOfRandomWorlds) {
-  for (std::size_t worlds = 1; worlds <= kMaxGroupSize; worlds += worlds < 18 ? 1 : 7) {
-    RunOptions options;
-    options.mode = "saturated";
-    options.random_worlds = true;
-    options.worlds = worlds;
-    options.steps = static_cast<long>(40 * worlds);
-    const Report report = run(kernels(), options);
-    for (const Tally& tally : report.tallies) EXPECT_EQ(tally.different, 0) << worlds << " worlds";
+TEST(KernelGroupTest, AnyNumberOfWorlds) {
+  for (const bool random_worlds : {false, true}) {
+    for (std::size_t worlds = 1; worlds <= kMaxGroupSize; worlds += worlds < 18 ? 1 : 5) {
+      RunOptions options;
+      options.mode = "saturated";
+      options.random_worlds = random_worlds;
+      options.worlds = worlds;
+      options.steps = static_cast<long>((random_worlds ? 40 : 100) * worlds);
+      compare_with_box2d(options);
+    }
   }
 }
 
@@ -162,17 +140,6 @@ TEST(KernelFallbackTest, Box2dSolvesNonFiniteResults) {
   for (const char* mode : {"random", "endless"}) {
     const Report report = run_altered(solve, solve_toi, mode);
     EXPECT_EQ(report.tallies[0].different, 0) << report.tallies[0].first_different;
-  }
-}
-
-TEST(KernelGroupTest, AnyNumberOfWorlds) {
-  for (const std::size_t worlds : {1U, 2U, 3U, 5U, 15U, 17U, 31U, 63U}) {
-    RunOptions options;
-    options.mode = "saturated";
-    options.worlds = worlds;
-    options.steps = static_cast<long>(100 * worlds);
-    const Report report = run(kernels(), options);
-    for (const Tally& tally : report.tallies) EXPECT_EQ(tally.different, 0) << worlds << " worlds";
   }
 }
 

@@ -70,18 +70,10 @@ TEST(RotationTest, HasTheLibrarysBitsWhereFormulasChange) {
 TEST(RotationTest, LanesAreIndependent) {
   const float inf = std::numeric_limits<float>::infinity();
   for (const float odd : {1e6F, inf, -inf, std::nanf("")}) {
-    for (const Kernel* kernel : kernels()) {
-      const auto lanes = static_cast<std::size_t>(kernel->lanes);
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        std::vector<float> angles(lanes, 1.25F);
-        angles[lane] = odd;
-        std::vector<Rotation<float>> rotations(lanes);
-        kernel->rotate(angles.data(), lanes, rotations.data());
-        for (std::size_t i = 0; i < lanes; ++i) {
-          EXPECT_EQ(to_bits(rotations[i].sine), to_bits(std::sin(angles[i])));
-          EXPECT_EQ(to_bits(rotations[i].cosine), to_bits(std::cos(angles[i])));
-        }
-      }
+    for (std::size_t lane = 0; lane < 16; ++lane) {
+      std::vector<float> angles(16, 1.25F);
+      angles[lane] = odd;
+      EXPECT_EQ(count_different(angles), 0) << odd << " in lane " << lane;
     }
   }
 }

@@ -190,7 +190,10 @@ inline std::string describe(World& world, std::size_t side, long steps) {
 class Run {
  public:
   Run(const std::vector<const Kernel*>& contestants, const RunOptions& options)
-      : contestants_(contestants), calls_(options.worlds), differs_(options.worlds) {
+      : contestants_(contestants),
+        calls_(options.worlds),
+        failures_(options.worlds),
+        differs_(options.worlds) {
     report_.tallies.resize(contestants.size());
     worlds_.reserve(options.worlds);
     for (std::size_t i = 0; i < options.worlds; ++i) {
@@ -204,7 +207,10 @@ class Run {
     for (const auto& world : worlds_) world->step();
     std::fill(differs_.begin(), differs_.end(), false);
     for (std::size_t k = 0; k < contestants_.size(); ++k) {
-      for (std::size_t i = 0; i < worlds_.size(); ++i) calls_[i] = {&worlds_[i]->side(k + 1), {}};
+      for (std::size_t i = 0; i < worlds_.size(); ++i) {
+        failures_[i] = nullptr;
+        calls_[i] = {&worlds_[i]->side(k + 1), &failures_[i]};
+      }
       step_together(*contestants_[k], calls_.data(), calls_.size());
       compare(k);
     }
@@ -223,7 +229,7 @@ class Run {
  private:
   bool has_box2ds_bits(std::size_t index, std::size_t side) {
     World& world = *worlds_[index];
-    const bool has_failed = calls_[index].failure != nullptr;
+    const bool has_failed = failures_[index] != nullptr;
     if (has_failed || world.has_failed()) return has_failed == world.has_failed();
     return words_of(world.side(side)) == words_of(world.side(0));
   }
@@ -243,6 +249,7 @@ class Run {
   const std::vector<const Kernel*>& contestants_;
   std::vector<std::unique_ptr<World>> worlds_;
   std::vector<WorldCall> calls_;
+  std::vector<std::exception_ptr> failures_;
   std::vector<bool> differs_;
   Report report_;
 };
