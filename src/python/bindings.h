@@ -13,7 +13,6 @@ void bind_client(pybind11::module& module);
 void bind_environment(pybind11::module& module);
 void bind_policy(pybind11::module& module);
 void bind_pool(pybind11::module& module);
-void bind_worlds(pybind11::module& module);
 
 /// The saved state of this thread while it does not hold the GIL.
 inline thread_local PyThreadState* released_state = nullptr;

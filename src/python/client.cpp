@@ -164,11 +164,11 @@ class ClientBinding {
         /*refusal_loses=*/false);
   }
 
-  /// As Pool.drawn_worlds of all environments after a step.
-  std::map<std::uint32_t, WorldValues> drawn_worlds() {
+  /// As Pool.drawn_worlds, for all environments.
+  std::map<std::uint32_t, WorldValues> drawn_worlds(const py::sequence& /*environments*/) {
     const GilFreeLock lock = enter();
     std::map<std::uint32_t, WorldValues> drawn;
-    for (const EnvironmentWorld& world : batch_.worlds) drawn[world.environment] = world.values;
+    for (const auto& [environment, values] : batch_.worlds) drawn[environment] = values;
     return drawn;
   }
 
@@ -176,7 +176,6 @@ class ClientBinding {
   std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
     const GilFreeLock lock = enter();
     std::vector<WorldValues> values;
-    values.reserve(environments.size());
     for (const std::uint32_t i : environments) {
       values.push_back(episodes_.at(i).state.world_values());
     }
@@ -280,10 +279,8 @@ class ClientBinding {
   void render(std::uint32_t environment, const py::dict& camera_parameters, const py::object& rgb,
               const py::object& depth) {
     const Parameters camera = to_parameters(camera_parameters);
-    std::optional<ColorOutput> colors;
-    std::optional<DepthOutput> depths;
-    if (!rgb.is_none()) colors.emplace(rgb, "rgb");
-    if (!depth.is_none()) depths.emplace(depth, "depth");
+    auto colors = to_output<ColorOutput>(rgb, "rgb");
+    auto depths = to_output<DepthOutput>(depth, "depth");
     try {
       const GilFreeLock lock = enter();
       check_episode("render", environment);
@@ -388,9 +385,7 @@ class ClientBinding {
   }
 
   void record_worlds(const std::vector<EnvironmentWorld>& worlds) {
-    for (const EnvironmentWorld& world : worlds) {
-      episodes_[world.environment].set_world(world.values);
-    }
+    for (const auto& [environment, values] : worlds) episodes_[environment].set_world(values);
   }
 
   /// Records the answer of ~step_batch. Step 0 means that the server has reset the environment; it

@@ -102,25 +102,6 @@ ParameterValue to_value(const std::string& name, const py::handle& value) {
   return to_numbers(name, value);
 }
 
-template <typename Any>
-py::dict to_common_dict(const Any& specification) {
-  py::dict dict;
-  dict["id"] = specification.id;
-  dict["observation_dtype"] = specification.observation_dtype;
-  dict["observation_low"] = specification.observation_low;
-  dict["observation_high"] = specification.observation_high;
-  dict["action_low"] = specification.action_low;
-  dict["action_high"] = specification.action_high;
-  dict["dt"] = specification.dt;
-  dict["max_episode_steps"] = specification.max_episode_steps;
-  dict["reward_threshold"] = specification.reward_threshold;
-  dict["info_names"] = specification.info_names;
-  dict["engine"] = specification.engine;
-  dict["engine_version"] = specification.engine_version;
-  dict["engine_path"] = to_str(specification.engine_path);
-  return dict;
-}
-
 }  // namespace
 
 Array::Array(py::handle object, const char* name, const char* formats, bool is_written,
@@ -250,32 +231,48 @@ std::vector<std::byte> to_state_bytes(const py::handle& state) {
 }
 
 py::dict to_dict(const Specification& specification) {
-  py::dict dict = to_common_dict(specification);
   py::dict parameters;
   for (const auto& [name, text] : describe_origin(specification).parameters) {
     parameters[name.c_str()] = text;
   }
-  dict["parameters"] = parameters;
   py::list joints;
   for (const Joint& joint : specification.joints) joints.append(joint.name);
+  py::dict dict;
+  dict["id"] = specification.id;
+  dict["parameters"] = parameters;
+  dict["observation_dtype"] = specification.observation_dtype;
+  dict["observation_low"] = specification.observation_low;
+  dict["observation_high"] = specification.observation_high;
+  dict["action_low"] = specification.action_low;
+  dict["action_high"] = specification.action_high;
+  dict["dt"] = specification.dt;
+  dict["max_episode_steps"] = specification.max_episode_steps;
+  dict["reward_threshold"] = specification.reward_threshold;
   dict["joint_names"] = joints;
+  dict["info_names"] = specification.info_names;
+  dict["engine"] = specification.engine;
+  dict["engine_version"] = specification.engine_version;
+  dict["engine_path"] = to_str(specification.engine_path);
   dict["version"] = version();
   return dict;
 }
 
 py::dict to_dict(const ServerSpecification& specification) {
-  py::dict dict = to_common_dict(specification);
   py::dict parameters;
   for (std::size_t i = 0; i < specification.parameter_names.size(); ++i) {
     parameters[py::str(specification.parameter_names[i])] = specification.parameter_values[i];
   }
+  py::dict dict;
+  dict["id"] = specification.id;
   dict["parameters"] = parameters;
-  dict["joint_names"] = specification.joint_names;
   dict["num_envs"] = specification.num_envs;
   dict["mode"] = specification.mode;
   dict["autoreset_mode"] = specification.autoreset_mode;
-  dict["version"] = specification.version;
   dict["world"] = to_dict(specification.world);
+  dict["engine"] = specification.engine;
+  dict["engine_version"] = specification.engine_version;
+  dict["engine_path"] = to_str(specification.engine_path);
+  dict["version"] = specification.version;
   return dict;
 }
 

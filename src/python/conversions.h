@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "walker_sim/client.h"
@@ -98,6 +99,14 @@ using FlagOutput = ExactOutput<std::uint8_t, '?'>;  ///< one byte per flag
 using ColorOutput = ExactOutput<std::uint8_t, 'B'>;
 using DepthOutput = ExactOutput<float, 'f'>;
 
+/// Returns the output; none if the object is None.
+template <typename Any>
+std::optional<Any> to_output(const pybind11::object& object, const char* name,
+                             std::optional<std::size_t> size = std::nullopt) {
+  if (object.is_none()) return std::optional<Any>();
+  return std::optional<Any>(std::in_place, object, name, size);
+}
+
 /// The arrays of walker_sim.transport.Batch, one row per environment.
 struct StepOutputs {
   using Size = std::optional<std::size_t>;
@@ -150,8 +159,8 @@ pybind11::bytes to_bytes(const std::vector<Byte>& bytes) {
 /// Specification under the names of EnvironmentSpec.msg; `parameters` maps names to texts.
 pybind11::dict to_dict(const Specification& specification);
 
-/// A server's specification under the same names, plus num_envs, mode, autoreset_mode, version and
-/// world, with a tuple (low, high) per parameter.
+/// What a client compares or reports, under the same names; `world` has a tuple (low, high) per
+/// parameter.
 pybind11::dict to_dict(const ServerSpecification& specification);
 
 /// Converts seeds, one per environment. None: the environment's generator continues.

@@ -225,10 +225,8 @@ class RendererBinding {
   void render(const StateCapture& captured, const py::object& rgb, const py::object& depth) {
     const Camera& camera = renderer_->camera();
     const std::size_t num_pixels = static_cast<std::size_t>(camera.width) * camera.height;
-    std::optional<ColorOutput> colors;
-    std::optional<DepthOutput> depths;
-    if (!rgb.is_none()) colors.emplace(rgb, "rgb", 3 * num_pixels);
-    if (!depth.is_none()) depths.emplace(depth, "depth", num_pixels);
+    auto colors = to_output<ColorOutput>(rgb, "rgb", 3 * num_pixels);
+    auto depths = to_output<DepthOutput>(depth, "depth", num_pixels);
     const GilRelease released;
     const auto picture = exit_guard().begin_picture();
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -249,12 +247,11 @@ void bind_environment(py::module& module) {
   py::module::import("atexit").attr("register")(py::cpp_function([] { exit_guard().exit(); }));
   py::class_<StateCapture>(module, "StateCapture").def_readonly("step", &StateCapture::step);
   py::class_<RendererBinding>(module, "Renderer")
-      .def(py::init<const std::string&, const py::dict&, const py::dict&>(), py::arg("id"),
-           py::arg("parameters"), py::arg("camera_parameters"))
+      .def(py::init<const std::string&, const py::dict&, const py::dict&>())
       .def_property_readonly("camera", &RendererBinding::camera)
       .def("render", &RendererBinding::render);
   py::class_<EnvironmentBinding>(module, "Environment")
-      .def(py::init<std::string, const py::dict&>(), py::arg("id"), py::arg("parameters"))
+      .def(py::init<std::string, const py::dict&>())
       .def_property_readonly("specification", &EnvironmentBinding::specification)
       .def("reset", &EnvironmentBinding::reset)
       .def("step", &EnvironmentBinding::step)

@@ -6,6 +6,7 @@
 #include <exception>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "base/interruption.h"
@@ -14,6 +15,7 @@
 #include "walker_sim/client.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/registry.h"
+#include "walker_sim/world.h"
 
 namespace walker::python {
 namespace py = pybind11;
@@ -66,14 +68,21 @@ std::vector<std::string> ids() {
   return names;
 }
 
-py::list to_list(const std::vector<ParameterDescription>& descriptions) {
+/// @param descriptions of type ParameterDescription or WorldParameter
+template <typename Description>
+py::list to_list(const std::vector<Description>& descriptions) {
   py::list list;
-  for (const ParameterDescription& description : descriptions) {
+  for (const Description& description : descriptions) {
     py::dict entry;
     entry["name"] = description.name;
-    entry["default"] = description.default_value;
     entry["unit"] = description.unit;
     entry["description"] = description.description;
+    entry["default"] = description.default_value;
+    if constexpr (std::is_same_v<Description, WorldParameter>) {
+      entry["minimum"] = description.minimum;
+      entry["maximum"] = description.maximum;
+      entry["is_whole"] = description.is_whole;
+    }
     list.append(entry);
   }
   return list;
@@ -95,21 +104,26 @@ PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(&translate);
   set_poll(&poll_as_python);
   module.attr("__version__") = version();
-  module.def("shown", &shown, py::arg("value"));
+  module.def("shown", &shown);
   module.def("ids", &ids);
-  module.def(
-      "parameters_of", [](const std::string& id) { return to_list(parameter_descriptions(id)); },
-      py::arg("id"));
-  module.def(
-      "camera_parameters_of",
-      [](const std::string& id) { return to_list(camera_parameter_descriptions(id)); },
-      py::arg("id"));
-  module.def("registration_of", &registration_of, py::arg("id"));
+  module.def("parameters_of",
+             [](const std::string& id) { return to_list(parameter_descriptions(id)); });
+  module.def("camera_parameters_of",
+             [](const std::string& id) { return to_list(camera_parameter_descriptions(id)); });
+  module.def("registration_of", &registration_of);
+  module.def("world_presets", &world_presets);
+  module.def("world_parameters",
+             [](const std::string& id) { return to_list(world_parameters(id)); });
+  module.def("load_world", [](const std::string& text) { return to_dict(load_world(text)); });
+  module.def("check_world", [](const std::string& id, const py::dict& world) {
+    check_world(id, to_world(world));
+  });
+  module.def("world_text",
+             [](const py::dict& world) { return to_str(to_string(to_world(world))); });
   bind_environment(module);
   bind_pool(module);
   bind_client(module);
   bind_policy(module);
-  bind_worlds(module);
 }
 
 }  // namespace walker::python

@@ -43,31 +43,29 @@ class AgentBinding {
 };
 
 /// A trained network. Thread-safe: a mutex serialises calls of `act`.
-class PolicyBinding {
+class PolicyBinding : public Policy {
  public:
-  explicit PolicyBinding(Policy policy) : policy_(std::move(policy)) {}
+  explicit PolicyBinding(Policy policy) : Policy(std::move(policy)) {}
 
-  py::str id() const { return to_str(policy_.id()); }
-  std::size_t observation_size() const { return policy_.observation_size(); }
-  std::size_t action_size() const { return policy_.action_size(); }
+  static std::unique_ptr<PolicyBinding> from_bytes(const std::string& name,
+                                                   const std::string& content) {
+    return std::make_unique<PolicyBinding>(Policy(name, {content.begin(), content.end()}));
+  }
 
   py::dict notes() const {
     py::dict dict;
-    for (const auto& [name, text] : policy_.notes()) dict[to_str(name)] = to_str(text);
+    for (const auto& [name, text] : Policy::notes()) dict[to_str(name)] = to_str(text);
     return dict;
   }
 
   void check(const std::string& id, const py::dict& parameters) const {
-    policy_.check(make(id, to_parameters(parameters))->specification());
+    Policy::check(make(id, to_parameters(parameters))->specification());
   }
-
-  const Policy& policy() const { return policy_; }
-  std::vector<float> parameters() const { return policy_.parameters(); }
 
   std::unique_ptr<PolicyBinding> with_parameters(py::handle given) const {
     const Input input(given, "parameters");
     return std::make_unique<PolicyBinding>(
-        policy_.with_parameters({input.data(), input.data() + input.size()}));
+        Policy::with_parameters({input.data(), input.data() + input.size()}));
   }
 
   /// @param observations rows of `observation_size()` values
@@ -82,20 +80,14 @@ class PolicyBinding {
     Output output(actions, "actions", rows * action_size());
     const GilFreeLock lock(mutex_);
     actions_.resize(output.size());
-    policy_.act(input.data(), rows, actions_.data());
+    Policy::act(input.data(), rows, actions_.data());
     output.write(actions_.data());
   }
 
  private:
   std::mutex mutex_;
-  Policy policy_;
   std::vector<double> actions_;  // of the last call; keeps its memory
 };
-
-std::unique_ptr<PolicyBinding> read_bytes(const std::string& name, const py::bytes& content) {
-  const std::string bytes = content;
-  return std::make_unique<PolicyBinding>(Policy(name, {bytes.begin(), bytes.end()}));
-}
 
 /// Plays episodes of policies. Thread-safe: a mutex serialises the calls.
 class EpisodePlayerBinding {
@@ -115,8 +107,7 @@ class EpisodePlayerBinding {
   void play(const std::vector<const PolicyBinding*>& policies, const py::sequence& worlds,
             const std::vector<std::tuple<std::size_t, std::uint64_t, std::size_t>>& jobs,
             const py::function& receive) {
-    std::vector<const Policy*> networks;
-    for (const PolicyBinding* policy : policies) networks.push_back(&policy->policy());
+    const std::vector<const Policy*> networks(policies.begin(), policies.end());
     const std::vector<World> ranges = to_worlds(worlds);
     std::vector<EpisodeJob> all;
     for (const auto& [policy, seed, world] : jobs) all.push_back({policy, seed, world});
@@ -138,31 +129,25 @@ class EpisodePlayerBinding {
 
 void bind_policy(py::module& module) {
   py::class_<AgentBinding>(module, "Agent")
-      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>(),
-           py::arg("name"), py::arg("id"), py::arg("parameters"), py::arg("seed"))
+      .def(py::init<const std::string&, const std::string&, const py::dict&, std::uint64_t>())
       .def("act", &AgentBinding::act);
   py::class_<PolicyBinding>(module, "Policy")
-      .def(py::init([](const std::string& file) {
-             return std::make_unique<PolicyBinding>(Policy(file));
-           }),
-           py::arg("file"))
-      .def_static("from_bytes", &read_bytes, py::arg("name"), py::arg("content"))
-      .def_property_readonly("id", &PolicyBinding::id)
+      .def(py::init(
+          [](const std::string& file) { return std::make_unique<PolicyBinding>(Policy(file)); }))
+      .def_static("from_bytes", &PolicyBinding::from_bytes)
+      .def_property_readonly("id", [](const PolicyBinding& self) { return to_str(self.id()); })
       .def_property_readonly("notes", &PolicyBinding::notes)
       .def_property_readonly("observation_size", &PolicyBinding::observation_size)
       .def_property_readonly("action_size", &PolicyBinding::action_size)
-      .def("check", &PolicyBinding::check, py::arg("id"), py::arg("parameters"))
+      .def("check", &PolicyBinding::check)
       .def_property_readonly("parameters", &PolicyBinding::parameters)
-      .def("with_parameters", &PolicyBinding::with_parameters, py::arg("parameters"))
-      .def("act", &PolicyBinding::act, py::arg("observations"), py::arg("actions"));
+      .def("with_parameters", &PolicyBinding::with_parameters)
+      .def("act", &PolicyBinding::act);
   py::class_<EpisodePlayerBinding>(module, "EpisodePlayer")
-      .def(py::init<std::string, const py::dict&, std::size_t, std::size_t, bool>(), py::arg("id"),
-           py::arg("parameters"), py::arg("num_threads"), py::arg("num_envs"),
-           py::arg("sums_observations"))
+      .def(py::init<std::string, const py::dict&, std::size_t, std::size_t, bool>())
       .def_property_readonly("specification", &EpisodePlayerBinding::specification)
       .def_property_readonly("num_envs", &EpisodePlayerBinding::num_envs)
-      .def("play", &EpisodePlayerBinding::play, py::arg("policies"), py::arg("worlds"),
-           py::arg("jobs"), py::arg("receive"));
+      .def("play", &EpisodePlayerBinding::play);
 }
 
 }  // namespace walker::python

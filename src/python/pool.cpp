@@ -128,10 +128,11 @@ class PoolBinding {
 
   /// What the environments' episodes have drawn from their worlds.
   std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
-    std::vector<WorldValues> values;
+    std::vector<WorldValues> values(environments.size());
+    if (!has_worlds_) return values;
     const GilFreeLock lock(mutex_);
-    for (const std::uint32_t i : environments) {
-      values.push_back(pool_.environment(i).world_values());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = pool_.environment(environments[i]).world_values();
     }
     return values;
   }
@@ -139,18 +140,17 @@ class PoolBinding {
   /// Returns what was drawn by the episodes that the last step or `recv` has begun in a world, by
   /// row.
   /// @param environments index of each row's environment
-  std::map<std::size_t, WorldValues> drawn_worlds(const std::vector<std::uint32_t>& environments) {
+  std::map<std::size_t, WorldValues> drawn_worlds(const py::sequence& environments) {
     std::map<std::size_t, WorldValues> rows;
     if (!has_worlds_) return rows;
+    const auto indices = environments.cast<std::vector<std::uint32_t>>();
     const GilFreeLock lock(mutex_);
-    for (std::size_t row = 0; row < environments.size(); ++row) {
-      const EpisodeState& state = pool_.episode(environments[row]).state();
+    for (std::size_t row = 0; row < indices.size(); ++row) {
+      const EpisodeState& state = pool_.episode(indices[row]).state();
       if (state.step == 0 && state.world) rows[row] = *state.world;
     }
     return rows;
   }
-
-  bool has_worlds() const { return has_worlds_; }
 
   /// Adds a wrench to an environment's next step, as Episode::push does.
   /// @param link    index: 0 for the trunk, i for the link that joint i - 1 turns
@@ -297,9 +297,7 @@ void bind_pool(py::module& module) {
   module.def("info_columns", &info_columns);
   py::class_<PoolBinding>(module, "Pool")
       .def(py::init<const std::string&, const py::dict&, std::size_t, std::size_t,
-                    const std::string&, std::size_t>(),
-           py::arg("id"), py::arg("parameters"), py::arg("num_envs"), py::arg("num_threads"),
-           py::arg("autoreset_mode"), py::arg("batch_size"))
+                    const std::string&, std::size_t>())
       .def_property_readonly("specification", &PoolBinding::specification)
       .def_property_readonly("num_threads", &PoolBinding::num_threads)
       .def_property_readonly("batch_size", &PoolBinding::batch_size)
@@ -314,7 +312,6 @@ void bind_pool(py::module& module) {
       .def("world", [](PoolBinding& self, std::size_t index) { return to_dict(self.world(index)); })
       .def("world_values", &PoolBinding::world_values)
       .def("drawn_worlds", &PoolBinding::drawn_worlds)
-      .def_property_readonly("has_worlds", &PoolBinding::has_worlds)
       .def("push", &PoolBinding::push)
       .def("capture", &PoolBinding::capture)
       .def("error", &PoolBinding::error)

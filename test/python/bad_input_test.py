@@ -198,25 +198,24 @@ def test_addresses_of_servers(maker, address, error, thing):
     assert_names(refused, thing, "must be")
 
 
+def begun(driver):
+    driver.reset(seed=0)
+    return driver
+
+
 @pytest.fixture(scope="module")
 def env():
-    env = make()
-    env.reset(seed=0)
-    return env
+    return begun(make())
 
 
 @pytest.fixture(scope="module")
 def bipedal_walker():
-    env = make("BipedalWalker-v3")
-    env.reset(seed=0)
-    return env
+    return begun(make("BipedalWalker-v3"))
 
 
 @pytest.fixture(scope="module")
 def vector():
-    vector = make_vector()
-    vector.reset(seed=0)
-    return vector
+    return begun(make_vector())
 
 
 # ---------------------------------------------------------------- actions
@@ -341,6 +340,10 @@ OPTIONS = [
 ]
 RESETS = [
     *(({"seed": seed}, error, message) for seed, error, message in SEEDS),
+    *(
+        ({"seed": seed, "options": {"world": "pushed"}}, error, message)
+        for seed, error, message in SEEDS
+    ),
     *(({"options": options}, TypeError, message) for options, message in OPTIONS),
 ]
 
@@ -366,6 +369,7 @@ INDICES = [
     ([0.5], TypeError, f" = [0.5]{INTEGERS}"),
     ([[0]], TypeError, INTEGERS),
     ([[0], [1, 2]], TypeError, INTEGERS),
+    ([True, False], TypeError, f" = [True, False]{INTEGERS}"),
     (0, TypeError, f" = 0{INTEGERS}"),
     ("0", TypeError, INTEGERS),
     ([1, 1], ValueError, "environment 1: listed twice"),
@@ -380,9 +384,10 @@ def test_indices_of_walkers(vector, indices, error, message):
         lambda: vector.step(actions, indices),
         lambda: vector.send(actions, indices),
         lambda: vector.set_state(before[:1] * count, indices),
+        lambda: vector.set_world("moon", indices),
         lambda: vector.get_state(indices),
     ]
-    for call in calls[: 3 if indices == [1, 1] else 4]:  # get_state returns duplicates
+    for call in calls[: 4 if indices == [1, 1] else 5]:  # get_state returns duplicates
         with pytest.raises(error) as refused:
             call()
         assert_names(refused, message)

@@ -12,6 +12,7 @@ from walkers import (
     make_ours,
     make_reference,
     overflowing,
+    play_both,
     random_actions,
 )
 
@@ -69,20 +70,8 @@ def make_pair(serve, environment_id, num_envs=NUM_ENVS, **options):
 def test_vectorised(serve, environment_id, mode):
     limit = LIMITS[environment_id]
     remote, local = make_pair(serve, environment_id, autoreset_mode=mode, max_episode_steps=limit)
-    random = np.random.default_rng(1)
     seeds = [5, LARGEST_SEED, 6]
-    assert_same(remote.reset(seed=seeds), local.reset(seed=seeds))
-    ends = 0
-    for _ in range(4 * limit):
-        actions = random.uniform(-1.5, 1.5, remote.action_space.shape).astype(np.float32)
-        ours, theirs = remote.step(actions), local.step(actions)
-        assert_same(ours, theirs)
-        ended = ours[2] | ours[3]
-        ends += ended.sum()
-        if mode == "disabled" and ended.any():
-            options = {"reset_mask": ended}
-            assert_same(remote.reset(options=options), local.reset(options=options))
-    assert ends > NUM_ENVS
+    assert play_both(remote, local, 4 * limit, seeds)[0] > NUM_ENVS
     options = {"reset_mask": np.array([True, False, True])}
     again = remote.reset(seed=seeds, options=options), local.reset(seed=seeds, options=options)
     assert_same(*again)

@@ -166,14 +166,6 @@ def test_seeds_as_in_gymnasium(environment_id, seed):
 
 
 @PAIRS
-def test_options_are_ignored(environment_id):
-    environment = make_ours(environment_id)
-    expected, _ = environment.reset(seed=8)
-    observation, _ = environment.reset(seed=8, options={"anything": 1})
-    assert observation.tobytes() == expected.tobytes()
-
-
-@PAIRS
 def test_np_random_equals_gymnasiums(environment_id):
     """Its state equals Gymnasium's even after the user draws from it or replaces it."""
     pair = [make(environment_id).unwrapped for make in (make_ours, make_theirs)]

@@ -66,39 +66,16 @@ env.step(actions)
 """
 
 
-def check_traps(program):
-    """With the traps enabled, no comparison with NaN, the value of absent infos, may raise SIGFPE.
-    Users enable the traps to find NaNs in their own code."""
-    assert run_python(f"{TRAPS}{program}\nprint('done')")[0] == "done\n"
-
-
-@pytest.mark.parametrize("env_id", IDS)
-def test_traps_with_one_walker(env_id):
-    check_traps(filled(SINGLE, env_id=env_id) + PLAY)
-
-
-@pytest.mark.parametrize("mode", ["next_step", "same_step"])
-@pytest.mark.parametrize("env_id", IDS)
-def test_traps_with_many_walkers(env_id, mode):
-    keywords = f'max_episode_steps=4, autoreset_mode="{mode}"'
-    check_traps(filled(VECTOR, env_id=env_id, keywords=keywords) + PLAY)
-
-
-def test_traps_over_ros():
-    answers = """
+ANSWERS = """
 info = [float("nan")] * (NUM_ENVS * INFO)
 server.answers.update(reset_batch=batch_reset(info=info), step_batch=batch_step(info=info))
 """
-    turns = """
+TURNS = """
 for _ in range(3):
     env.reset(seed=1)
     env.step(actions)
 """
-    check_traps(filled(ROS, answers=answers) + turns)
-
-
-def test_traps_with_nan_parameters():
-    check_traps("""
+NAN_PARAMETERS = """
 for keywords in (
     {"ctrl_cost_weight": np.nan},
     {"healthy_z_range": (np.nan, 2.0)},
@@ -109,7 +86,25 @@ for keywords in (
     except ValueError:
         continue
     sys.exit(f"{keywords}: taken")
-""")
+"""
+LIMITED = 'max_episode_steps=4, autoreset_mode="{}"'
+TRAPPED = {
+    **{f"one {env_id}": filled(SINGLE, env_id=env_id) + PLAY for env_id in IDS},
+    **{
+        f"many {env_id} {mode}": filled(VECTOR, env_id=env_id, keywords=LIMITED.format(mode)) + PLAY
+        for env_id in IDS
+        for mode in ("next_step", "same_step")
+    },
+    "over ROS": filled(ROS, answers=ANSWERS) + TURNS,
+    "parameters": NAN_PARAMETERS,
+}
+
+
+@pytest.mark.parametrize("program", TRAPPED.values(), ids=TRAPPED)
+def test_traps(program):
+    """With the traps enabled, no comparison with NaN, the value of absent infos, may raise SIGFPE.
+    Users enable the traps to find NaNs in their own code."""
+    assert run_python(f"{TRAPS}{program}\nprint('done')")[0] == "done\n"
 
 
 def test_the_traps_are_enabled():

@@ -1,6 +1,5 @@
 """WalkerVectorEnv: accepted and rejected arguments, attributes."""
 
-import re
 from concurrent.futures import ThreadPoolExecutor
 
 import gymnasium
@@ -9,7 +8,7 @@ import pytest
 import walker_sim
 from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import AutoresetMode
-from walkers import assert_same, make_sync, run_python
+from walkers import assert_same, make_sync, raises, run_python
 
 BIPEDAL = "walker_sim/BipedalWalker-v3"
 NUM_ENVS = 3
@@ -29,10 +28,6 @@ def envs():
 
 def zeros(envs, count=NUM_ENVS):
     return np.zeros((count, envs.single_action_space.shape[0]), np.float32)
-
-
-def raises(error, message):
-    return pytest.raises(error, match=re.escape(message))
 
 
 @pytest.mark.parametrize("name", walker_sim.ids())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pathlib
 import pickle
+import re
 import subprocess
 import sys
 
@@ -151,3 +152,44 @@ def assert_same(ours, theirs, where="", near=None):
             assert ours.tobytes() == theirs.tobytes(), (where, ours, theirs)
     else:
         assert ours == theirs, (where, ours, theirs)
+
+
+def raises(error, message):
+    """Expects an error whose message contains this text."""
+    return pytest.raises(error, match=re.escape(message))
+
+
+def set_world(envs, world, indices=None):
+    """`WalkerVectorEnv.set_world`, also for `make_sync`'s environments."""
+    if not isinstance(envs, gymnasium.vector.SyncVectorEnv):
+        return envs.set_world(world, indices)
+    chosen = range(envs.num_envs) if indices is None else indices
+    worlds = world if isinstance(world, list) else [world] * len(chosen)
+    for index, one in zip(chosen, worlds):
+        envs.envs[index].unwrapped.set_world(one)
+
+
+def play_both(ours, theirs, num_steps, seed=5, worlds=None):
+    """Compares bits and infos of vector environments at resets, steps, autoresets and masked
+    resets. Returns the numbers of episodes that ended and that the steps began in a world.
+
+    `worlds` maps step numbers to arguments of `set_world` after that step.
+    """
+    assert_same(ours.reset(seed=seed), theirs.reset(seed=seed))
+    random, num_ended, num_drawn = np.random.default_rng(3), 0, 0
+    for number in range(num_steps):
+        actions = random.uniform(-1.5, 1.5, ours.action_space.shape).astype(np.float32)
+        result = ours.step(actions)
+        assert_same(result, theirs.step(actions), number)
+        num_drawn += result[4].get("_world", np.zeros(1)).sum()
+        if worlds and number in worlds:
+            for envs in (ours, theirs):
+                set_world(envs, *worlds[number])
+        ended = result[2] | result[3]
+        num_ended += ended.sum()
+        if ours.autoreset_mode.name == "DISABLED" and ended.any():
+            options = {"reset_mask": ended}
+            result = ours.reset(options=options)
+            assert_same(result, theirs.reset(options=dict(options)), number)
+            num_drawn += result[1].get("_world", np.zeros(1)).sum()
+    return num_ended, num_drawn

@@ -5,7 +5,15 @@ import signal
 import numpy as np
 import pytest
 import walker_sim
-from walkers import MODES, assert_same, follow, make_many, make_ours, random_actions
+from walkers import (
+    MODES,
+    assert_same,
+    follow,
+    make_many,
+    make_ours,
+    play_both,
+    random_actions,
+)
 
 EFFECTS = {
     "gravity": (-12, -8),
@@ -62,26 +70,8 @@ def test_vectorised(serve, environment_id, mode):
     remote = make_many(environment_id, 4, transport="ros", server=server, **options)
     local = make_many(environment_id, 4, **options)
     assert remote.get_attr("world") == local.get_attr("world")
-    assert_same(remote.reset(seed=5), local.reset(seed=5))
-    random, drawn = np.random.default_rng(1), 0
-    for number in range(4 * limit):
-        actions = random.uniform(-1.5, 1.5, remote.action_space.shape).astype(np.float32)
-        ours, theirs = remote.step(actions), local.step(actions)
-        assert_same(ours, theirs, number)
-        drawn += ours[4].get("_world", np.zeros(4)).sum()
-        if number == limit:
-            for environments in (remote, local):
-                environments.set_world(["slippery", None], indices=[0, 3])
-        if number == 2 * limit:
-            for environments in (remote, local):
-                environments.set_world("laggy")
-        ended = ours[2] | ours[3]
-        if mode == "disabled" and ended.any():
-            reset = {"reset_mask": ended}
-            ours, theirs = remote.reset(options=reset), local.reset(options=reset)
-            assert_same(ours, theirs, number)
-            drawn += ours[1].get("_world", np.zeros(4)).sum()
-    assert drawn > 4
+    changes = {limit: (["slippery", None], [0, 3]), 2 * limit: ("laggy",)}
+    assert play_both(remote, local, 4 * limit, worlds=changes)[1] > 4
     mask = np.array([True, False, True, False])
     reset = {"reset_mask": mask, "world": ["moon", None, None, None]}
     assert_same(remote.reset(options=reset), local.reset(options=reset))

@@ -56,11 +56,7 @@ class InProcessWalker:
         self.specification: Specification = self._environment.specification
 
     def reset(
-        self,
-        seed: int | None,
-        random: np.random.Generator,
-        state: State,
-        world: World | None = None,
+        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
     ) -> None:
         """Begins an episode from `random`, which the caller has already seeded. `world`: of this
         and the following episodes; None: the present one."""
@@ -139,10 +135,7 @@ class InProcessWalkers(Walkers):
         return self._pool
 
     def reset(
-        self,
-        environments: list[int],
-        seeds: Sequence[int | None],
-        worlds: Sequence[World] = (),
+        self, environments: list[int], seeds: Sequence[int | None], worlds: Sequence[World] = ()
     ) -> State:
         if worlds:
             self.set_world(environments, worlds)
@@ -154,19 +147,8 @@ class InProcessWalkers(Walkers):
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         pictures.renderer.render(self._pool.capture(environment), rgb, depth)
 
-    def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
-        self._pool.set_world(environments, worlds)
-
     def worlds(self) -> tuple[World, ...]:
         return tuple(map(self._pool.world, range(self.num_envs)))
-
-    def world_values(self, environments: list[int]) -> list[WorldValues]:
-        if not self._pool.has_worlds:
-            return [{}] * len(environments)
-        return self._pool.world_values(environments)
-
-    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
-        return self._pool.drawn_worlds([*environments]) if self._pool.has_worlds else {}
 
     def push_trunk(self, environment: int, force_x: float, force_z: float) -> None:
         """Pushes a walker's trunk at its origin during its next step [N], also if called while

@@ -17,15 +17,7 @@ from walker_sim import _core
 from walker_sim.arguments import to_count
 from walker_sim.errors import ServerMismatch
 from walker_sim.rendering import Pictures
-from walker_sim.transport import (
-    Batch,
-    Colors,
-    Depths,
-    ServerAddress,
-    Specification,
-    State,
-    Walkers,
-)
+from walker_sim.transport import Batch, Colors, Depths, ServerAddress, Specification, State, Walkers
 from walker_sim.worlds import World, WorldValues
 
 ANY = -1
@@ -188,11 +180,7 @@ class RemoteWalker(Connection):
     """The only walker of a server in lock-step. A copy is another connection to the server."""
 
     def reset(
-        self,
-        seed: int | None,
-        random: np.random.Generator,
-        state: State,
-        world: World | None = None,
+        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
     ) -> None:
         """Begins an episode, in the world of this connection. Without a seed the server's generator
         continues; ignores `random`. `world` replaces that of this connection."""
@@ -275,10 +263,7 @@ class RemoteWalkers(Connection, Walkers):
         return client
 
     def reset(
-        self,
-        environments: list[int],
-        seeds: Sequence[int | None],
-        worlds: Sequence[World] = (),
+        self, environments: list[int], seeds: Sequence[int | None], worlds: Sequence[World] = ()
     ) -> State:
         chosen = environments or list(range(self.num_envs))
         observations, info = self._new_rows(len(chosen))
@@ -307,13 +292,6 @@ class RemoteWalkers(Connection, Walkers):
 
     def worlds(self) -> tuple[World, ...]:
         return tuple(map(self.world_of, range(self.num_envs)))
-
-    def world_values(self, environments: list[int]) -> list[WorldValues]:
-        """Returns what the episodes of these walkers have drawn; empty in Gymnasium's world."""
-        return self.client.world_values(environments)
-
-    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
-        return self.client.drawn_worlds()
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         self.client.render(environment, pictures.camera_parameters, rgb, depth)

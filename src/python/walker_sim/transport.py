@@ -120,10 +120,7 @@ class Walkers(ABC):
 
     @abstractmethod
     def reset(
-        self,
-        environments: list[int],
-        seeds: Sequence[int | None],
-        worlds: Sequence[World] = (),
+        self, environments: list[int], seeds: Sequence[int | None], worlds: Sequence[World] = ()
     ) -> State:
         """Resets some walkers and returns observations and info of all.
 
@@ -131,25 +128,25 @@ class Walkers(ABC):
         `worlds` of these and the following episodes: as for `set_world`, or empty for the present.
         """
 
-    @abstractmethod
     def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
         """Sets the worlds of environments' resets to come: one for all of them, or one each.
 
         Empty `environments` stands for all. On an error, no world has changed.
         """
+        self._driver.set_world(environments, worlds)
 
     @abstractmethod
     def worlds(self) -> tuple[World, ...]:
         """Returns the worlds of the environments' resets to come."""
 
-    @abstractmethod
     def world_values(self, environments: list[int]) -> list[WorldValues]:
         """Returns what the present episodes of these environments have drawn from their worlds."""
+        return self._driver.world_values(environments)
 
-    @abstractmethod
     def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
         """Returns what was drawn by the episodes that the last step has begun in a world, by row.
         `environments` has the environment of each row."""
+        return self._driver.drawn_worlds(environments)
 
     def pool(self, name: str) -> InProcessWalkers:
         """Returns this object, if it is in process; else raises an AttributeError with `name`."""
