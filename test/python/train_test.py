@@ -19,7 +19,7 @@ from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
 from walker_sim.sb3 import VecEnv
-from walker_sim.training import evaluation, ppo
+from walker_sim.training import ppo
 from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.run import Training
@@ -221,11 +221,11 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, command, monkeypatch):
     """evaluate's returns equal the training's to the bit."""
     seen = []
 
-    def returns(self, *given, play=evaluation.Evaluation.returns):
+    def returns(self, *given, play=Training._returns):
         seen.append(play(self, *given))
         return seen[-1]
 
-    monkeypatch.setattr(evaluation.Evaluation, "returns", returns)
+    monkeypatch.setattr(Training, "_returns", returns)
     write_settings(small(), tmp_path / "small.yaml")
     folder = tmp_path / "run"
     given = ["train", ID, "--settings", tmp_path / "small.yaml", "--out", folder]

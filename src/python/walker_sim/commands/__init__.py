@@ -55,16 +55,10 @@ def _parser() -> Parser:
     return parser
 
 
-def _print_error(command: str, error: Exception) -> None:
-    """Prints an error to standard error in one line, with unprintable characters escaped."""
-    text = "".join(
-        character if character.isprintable() else repr(character)[1:-1] for character in str(error)
-    )
-    print(f"walker_sim {command}: {text}", file=sys.stderr)
-
-
 def _status_of(error: Exception) -> int | None:
     """Returns the exit status for an expected error; None if it needs a traceback."""
+    if isinstance(error, (InputError, OSError)):  # the latter includes walker_sim.ConnectionError
+        return 2
     if isinstance(error, ImportError):
         return None
     # Not imported above: `doctor` runs without an extension module and without Gymnasium.
@@ -113,12 +107,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader has closed the pipe. The interpreter's last flush must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (InputError, OSError) as error:  # the latter includes walker_sim.ConnectionError
-        _print_error(command, error)
-        return 2
     except Exception as error:
         expected = _status_of(error)
         if expected is None:
             raise
-        _print_error(command, error)
+        # In one line: unprintable characters are escaped.
+        text = "".join(
+            character if character.isprintable() else repr(character)[1:-1]
+            for character in str(error)
+        )
+        print(f"walker_sim {command}: {text}", file=sys.stderr)
         return expected
