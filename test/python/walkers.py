@@ -78,6 +78,11 @@ def overflowing(folder):
     return {"xml_file": model, "terminate_when_unhealthy": False, "reset_noise_scale": 3.0}
 
 
+def returns_of(fields):
+    """Returns the returns of a summary, or of a grid's cell, in the order of the seeds."""
+    return [outcome["return"] for outcome in fields["outcomes"]]
+
+
 def through_pickle(value):
     return pickle.loads(pickle.dumps(value))
 

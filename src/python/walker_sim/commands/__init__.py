@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import io
 import os
 import sys
-from typing import Sequence
+from typing import Any, NoReturn, Sequence
 
 import walker_sim
-from walker_sim.commands.parser import InputError, Parser
 
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
@@ -38,6 +38,28 @@ examples:
 Each command has --help. Exit status: 0 done, 1 a check found a difference or a policy failed, 2 bad
 input or no connection, 130 interrupted.
 """
+
+
+class InputError(Exception):
+    """An input is invalid. The message names it, its value and what is allowed."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser that keeps line breaks, allows no abbreviations and has one-line errors."""
+
+    def __init__(self, command: str, description: str, epilog: str, **keywords: Any) -> None:
+        super().__init__(
+            prog=f"python3 -m walker_sim {command}".strip(),
+            description=description,
+            epilog=epilog,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+            **keywords,
+        )
+
+    def error(self, message: str) -> NoReturn:
+        """Prints the error and exits with status 2."""
+        self.exit(2, f"{self.prog.replace('python3 -m ', '')}: {message}; see --help\n")
 
 
 def _parser() -> Parser:
