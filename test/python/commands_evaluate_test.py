@@ -7,7 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
-from walkers import returns_of
+from walkers import play, returns_of
 
 FLAGS = {"True": True, "False": False}
 
@@ -23,18 +23,6 @@ def tabulate(evaluate, tmp_path):
             return out, list(csv.DictReader(text))
 
     return run
-
-
-def play(environment, seed, policy):
-    observation, info = environment.reset(seed=seed)
-    episode_return, length, ended = 0.0, 0, False
-    while not ended:
-        action = np.asarray(policy(observation), np.float32)
-        observation, reward, terminated, truncated, info = environment.step(action)
-        episode_return += float(reward)
-        length += 1
-        ended = terminated or truncated
-    return (episode_return, length, terminated, truncated), info
 
 
 def outcome_of(row):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
 from walker_sim import _core
-from walkers import IDS, make_ours
+from walkers import IDS, make_ours, play
 
 WORLD = "{gravity: [-12, -8], push_interval: [1, 2], action_delay: 0.02}"
 
@@ -58,15 +58,9 @@ def test_evaluate_writes_what_was_drawn(evaluate, tmp_path):
         drawn = outcome["world"]
         assert {name: float(row[name]) for name in drawn} == drawn
         env = make_ours("BipedalWalker-v3")
-        heuristic = BipedalWalkerHeuristics()
-        observation, info = env.reset(seed=outcome["seed"], options={"world": drawn})
-        assert info["world"] == drawn
-        episode_return, ended = 0.0, False
-        while not ended:
-            action = np.asarray(heuristic.step_heuristic(observation), np.float32)
-            observation, reward, terminated, truncated, _ = env.step(action)
-            episode_return += reward
-            ended = terminated or truncated
+        assert env.reset(options={"world": drawn})[1]["world"] == drawn
+        heuristic = BipedalWalkerHeuristics().step_heuristic
+        (episode_return, *_), _ = play(env, outcome["seed"], heuristic, world=drawn)
         assert episode_return == outcome["return"]
 
 
@@ -168,13 +162,13 @@ def test_a_file_of_the_user(evaluate, tmp_path, monkeypatch):
 
 
 def test_play_prints_what_was_drawn(command, pygame, monkeypatch):
-    from walker_sim.commands import play
+    from walker_sim.commands.play import Viewer
 
     def run(viewer):
         while not viewer.session.end:
             viewer._step()
 
-    monkeypatch.setattr(play.Viewer, "run", run)
+    monkeypatch.setattr(Viewer, "run", run)
     given = ["--world", "{gravity: [-12, -8]}", "--seeds", 3, "max_episode_steps=20"]
     out = command("play", "Hopper-v5", *given).out
     found = re.fullmatch(

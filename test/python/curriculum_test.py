@@ -1,6 +1,5 @@
 """Ranges of a world that grow during a training, and trainings that start from a policy."""
 
-import csv
 import json
 import math
 
@@ -9,6 +8,7 @@ import pytest
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.curriculum import Curriculum
+from walker_sim.training.curve import read_curve
 from walker_sim.training.es import Evolution
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
@@ -107,8 +107,7 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, algorithm):
     resumed.run()
     resumed.close()
     assert resumed.world == WORLD
-    with (tmp_path / "curve.csv").open(newline="") as file:
-        worlds = [row["world"] for row in csv.DictReader(file)]
+    worlds = [point.world for point in read_curve(tmp_path / "curve.csv")]
     assert worlds[-1] == _core.world_text(WORLD)
     assert len(set(worlds)) > 1
     notes = _core.Policy(str(tmp_path / "policy.safetensors")).notes

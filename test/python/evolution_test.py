@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
+from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
 from walker_sim.training.policy_file import read_policy, write_policy
 from walker_sim.training.settings import (
@@ -75,9 +76,7 @@ def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command):
     assert one == other
     policy = _core.Policy(str(tmp_path / "run/policy.safetensors"))
     assert policy.notes["settings"] == settings.hash()
-    steps = [
-        int(line.split(",")[0]) for line in (tmp_path / "run/curve.csv").read_text().split()[1:]
-    ]
+    steps = [point.steps for point in read_curve(tmp_path / "run/curve.csv")]
     assert steps == sorted(steps)
     assert steps[-1] >= 28_000
 

@@ -5,7 +5,6 @@ import json
 import os
 import pathlib
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -22,6 +21,7 @@ from walker_sim.sb3 import VecEnv
 from walker_sim.training import ppo
 from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
+from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
 from walker_sim.training.settings import (
     Settings,
@@ -303,14 +303,6 @@ def test_exploration_fades_linearly_and_changes_apply(tmp_path):
         assert gamma == (0.95 if begun >= 1000 else 0.9)
 
 
-def tensor_of(path, name):
-    content = path.read_bytes()
-    (size,) = struct.unpack_from("<Q", content)
-    entry = json.loads(content[8 : 8 + size])[name]
-    begin, end = entry["data_offsets"]
-    return np.frombuffer(content[8 + size :][begin:end], "<f4").reshape(entry["shape"])
-
-
 def test_policy_is_the_mean_of_the_last_networks(tmp_path):
     networks = []
 
@@ -319,7 +311,7 @@ def test_policy_is_the_mean_of_the_last_networks(tmp_path):
             networks.append(actor_arrays(training.model))
 
     training = train(tmp_path / "run", small(average_updates=3, evaluate_every=2048), report=look)
-    weight = tensor_of(tmp_path / "run" / "policy.safetensors", "layers.0.weight")
+    weight = read_policy(tmp_path / "run" / "policy.safetensors").layers[0][0]
     networks.append(actor_arrays(training.model))
     expected = np.mean([network[0] for network in networks[-3:]], axis=0)
     assert np.allclose(weight, expected, rtol=0, atol=1e-7)

@@ -88,7 +88,8 @@ def _to_policy(options: argparse.Namespace) -> int:
     write_policy(policy, options.out)
     # Within the range that the policy does not clip.
     normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))).clip(-5, 5)
-    observations, expected = normal * policy.deviation + policy.mean, model.act(np.float32(normal))
+    observations = normal * policy.deviation + policy.mean
+    expected = model.act(normal.astype(np.float32))
     difference = max_difference(policy, options.out, observations, expected)
     return _report(options.out, policy, difference, "random observations")
 
