@@ -227,7 +227,7 @@ def run(arguments: Sequence[str]) -> int:
     table = None
     if options.csv:
         names = specification["info_names"], [*ChainMap(*worlds)]
-        texts = grid_results.texts_of(grid) if grid else []
+        texts = ["gymnasium", *map(range_text, worlds[1:])]
         world_of = (lambda episode: texts[episode.order // len(seeds)]) if grid else None
         table = results.Table(options.csv, *names, world_of)
     count = len(seeds) * (len(worlds) if grid else 1)
