@@ -1,41 +1,28 @@
 """evaluate: equality with Gymnasium's episodes, and options that must not change a result."""
 
 import csv
-import json
 import re
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
-from walker_sim.commands import results
+from walkers import play, returns_of
 
 FLAGS = {"True": True, "False": False}
 
 
 @pytest.fixture
-def evaluate(command, tmp_path):
+def tabulate(evaluate, tmp_path):
     """Runs the command. Returns its output and the rows of its CSV."""
 
     def run(*words):
         file = tmp_path / "returns.csv"
-        out = command("evaluate", *words, "--csv", file).out
+        out, _ = evaluate(*words, "--csv", file)
         with file.open(newline="") as text:
             return out, list(csv.DictReader(text))
 
     return run
-
-
-def play(environment, seed, policy):
-    observation, info = environment.reset(seed=seed)
-    episode_return, length, ended = 0.0, 0, False
-    while not ended:
-        action = np.asarray(policy(observation), np.float32)
-        observation, reward, terminated, truncated, info = environment.step(action)
-        episode_return += float(reward)
-        length += 1
-        ended = terminated or truncated
-    return (episode_return, length, terminated, truncated), info
 
 
 def outcome_of(row):
@@ -45,9 +32,9 @@ def outcome_of(row):
     )
 
 
-def test_heuristic_equals_gymnasiums(evaluate):
+def test_heuristic_equals_gymnasiums(tabulate):
     """40 episodes equal those of new Gymnasium environments in all digits."""
-    out, rows = evaluate("BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200)
+    out, rows = tabulate("BipedalWalker-v3", "--seeds", "0:40", "--threshold", 200)
     assert [int(row["seed"]) for row in rows] == list(range(40))
     for row in rows:
         environment = gymnasium.make("BipedalWalker-v3")
@@ -57,9 +44,9 @@ def test_heuristic_equals_gymnasiums(evaluate):
     assert re.search(r"return >= 200 +15\.0% of the episodes$", out, re.MULTILINE)
 
 
-def test_csv_has_the_info_of_the_last_step(evaluate):
+def test_csv_has_the_info_of_the_last_step(tabulate):
     options = ["--policy", "zero", "--seeds", "3,1", "reset_noise_scale=0.1"]
-    _, rows = evaluate("walker_sim/Walker2d-v5", *options)
+    _, rows = tabulate("walker_sim/Walker2d-v5", *options)
     environment = gymnasium.make("walker_sim/Walker2d-v5", reset_noise_scale=0.1)
     assert [row["seed"] for row in rows] == ["3", "1"]
     for row in rows:
@@ -73,46 +60,44 @@ def test_csv_has_the_info_of_the_last_step(evaluate):
     ("env_id", "policy", "count"),
     [("BipedalWalker-v3", "heuristic", 9), ("Walker2d-v5", "random", 40)],
 )
-def test_result_does_not_depend_on_num_envs_or_threads(evaluate, env_id, policy, count):
+def test_result_does_not_depend_on_num_envs_or_threads(tabulate, env_id, policy, count):
     options = ["--policy", policy, "--episodes", count]
     found = [
-        evaluate(env_id, *options, "--num-envs", environments, "--num-threads", threads)
+        tabulate(env_id, *options, "--num-envs", environments, "--num-threads", threads)
         for environments, threads in ((1, 1), (4, 3), (7, 2), (64, 1))
     ]
     assert found.count(found[0]) == 4
     assert len({row["return"] for row in found[0][1]}) == count
 
 
-def test_ends(evaluate):
-    out, rows = evaluate("BipedalWalker-v3", "--seeds", "6,0:2")
+def test_ends(tabulate):
+    out, rows = tabulate("BipedalWalker-v3", "--seeds", "6,0:2")
     assert [row["end"] for row in rows] == ["arrived", "time limit", "fell"]
     assert "arrived 33.3%, time limit 33.3%, fell 33.3%" in out
-    out, _ = evaluate("Walker2d-v4", "--policy", "random", "--episodes", 1)
+    out, _ = tabulate("Walker2d-v4", "--policy", "random", "--episodes", 1)
     assert "terminated 100.0%" in out
     assert "none of one episode" in out
 
 
-def test_own_time_limit(evaluate):
-    out, _ = evaluate("BipedalWalker-v3", "max_episode_steps=10", "--episodes", 3)
+def test_own_time_limit(tabulate):
+    out, _ = tabulate("BipedalWalker-v3", "max_episode_steps=10", "--episodes", 3)
     assert "mean 10.0, median 10, 10 to 10" in out
     assert "BipedalWalker-v3 max_episode_steps=10, policy heuristic, 3 episodes" in out
 
 
-def test_reused_world_equals_gymnasiums(evaluate):
+def test_reused_world_equals_gymnasiums(tabulate):
     """One Gymnasium environment keeps its world between episodes."""
-    _, rows = evaluate("BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5")
+    _, rows = tabulate("BipedalWalker-v3", "reuse_world=true", "--seeds", "1:5")
     environment = gymnasium.make("BipedalWalker-v3")
     for row in rows:
         theirs, _ = play(environment, int(row["seed"]), BipedalWalkerHeuristics().step_heuristic)
         assert outcome_of(row) == theirs, row["seed"]
 
 
-def test_json_has_all_digits(evaluate, tmp_path):
-    file = tmp_path / "summary.json"
-    options = ["--policy", "random", "--episodes", 5, "--json", file, "--threshold", -1000]
-    out, _ = evaluate("BipedalWalkerHardcore-v3", *options)
-    summary = json.loads(file.read_text())
-    returns = [outcome["return"] for outcome in summary["outcomes"]]
+def test_json_has_all_digits(evaluate):
+    options = ["--policy", "random", "--episodes", 5, "--threshold", -1000]
+    out, summary = evaluate("BipedalWalkerHardcore-v3", *options)
+    returns = returns_of(summary)
     assert summary["id"] == "BipedalWalkerHardcore-v3"
     assert summary["mean"] == np.mean(returns)
     assert summary["median"] == sorted(returns)[2]
@@ -120,14 +105,9 @@ def test_json_has_all_digits(evaluate, tmp_path):
     assert re.search(rf"mean return +{summary['mean']:.1f}$", out, re.MULTILINE)
 
 
-def test_plot_shows_every_episode(evaluate, tmp_path, monkeypatch):
-    figures = []
-    make = results.make_figure
-    monkeypatch.setattr(
-        results, "make_figure", lambda **k: figures.append(make(**k)) or figures[-1]
-    )
+def test_plot_shows_every_episode(tabulate, tmp_path, figures):
     file = tmp_path / "returns.png"
-    _, rows = evaluate("BipedalWalker-v3", "--seeds", "6,0:3", "--plot", file)
+    _, rows = tabulate("BipedalWalker-v3", "--seeds", "6,0:3", "--plot", file)
     assert file.read_bytes().startswith(b"\x89PNG")
     by_seed, spread = figures[-1].axes
     drawn = np.concatenate([marks.get_offsets() for marks in by_seed.collections])

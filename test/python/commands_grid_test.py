@@ -1,7 +1,6 @@
 """evaluate --grid, several worlds and --worst."""
 
 import csv
-import json
 import pathlib
 import re
 import shlex
@@ -11,6 +10,7 @@ import pytest
 from walker_sim import episode_player, worlds
 from walker_sim.commands import grid, options, results
 from walker_sim.commands.policies import shipped_policy
+from walkers import returns_of
 
 PUSHES = ["--grid", "push_impulse=0:20:10"]
 DELAYS = ["--grid", "action_delay=0,0.02"]
@@ -34,25 +34,9 @@ def test_values_of_an_axis(text, values):
     assert grid.axis(f"gravity={text}") == ("gravity", tuple(values))
 
 
-@pytest.fixture
-def compare(command, tmp_path):
-    """Runs evaluate. Returns its output and its JSON."""
-
-    def run(*words):
-        file = tmp_path / "grid.json"
-        out = command("evaluate", *words, "--json", file).out
-        return out, json.loads(file.read_text())
-
-    return run
-
-
-def returns_of(fields):
-    return [outcome["return"] for outcome in fields["outcomes"]]
-
-
-def test_every_cell_plays_the_same_seeds(compare):
+def test_every_cell_plays_the_same_seeds(evaluate):
     """Each cell's returns are those of the world alone, and the plain ones of Gymnasium's world."""
-    out, found = compare(*SHIPPED, *PUSHES, *DELAYS, "--seeds", "5,0:3")
+    out, found = evaluate(*SHIPPED, *PUSHES, *DELAYS, "--seeds", "5,0:3")
     interval = [1, 3]
     expected = [(push, delay) for push in (0, 10, 20) for delay in (0, 0.02)]
     assert [tuple(cell["values"].values()) for cell in found["cells"]] == expected
@@ -81,8 +65,8 @@ def test_every_cell_plays_the_same_seeds(compare):
         assert cell["fell"] == ends.count("fell") / 4
 
 
-def test_table(compare):
-    out, found = compare(*SHIPPED, *PUSHES, *DELAYS, "--episodes", 3, "--threshold", 300)
+def test_table(evaluate):
+    out, found = evaluate(*SHIPPED, *PUSHES, *DELAYS, "--episodes", 3, "--threshold", 300)
     lines = out.splitlines()
     assert lines[0] == "BipedalWalker-v3, policy shipped, 3 episodes in each of 7 worlds"
     names = ["push_impulse [N s]", "action_delay [s]", "mean", "95 % interval", "fell", ">= 300"]
@@ -101,10 +85,10 @@ def test_table(compare):
         ]
 
 
-def test_worlds_are_rows(compare):
+def test_worlds_are_rows(evaluate):
     """The words of the walker may follow --world."""
     words = ["--world", "slippery", "moon", "Hopper-v5", "reset_noise_scale=0.01"]
-    out, found = compare(*words, "--policy", "shipped", "--episodes", 4, "--grid", "dropout=0,0.3")
+    out, found = evaluate(*words, "--policy", "shipped", "--episodes", 4, "--grid", "dropout=0,0.3")
     assert out.startswith(
         "Hopper-v5 reset_noise_scale=0.01, policy shipped, 4 episodes in each of 5"
     )
@@ -115,7 +99,7 @@ def test_worlds_are_rows(compare):
         of_base = {name: list(range_) for name, range_ in worlds.read_world(cell["base"]).items()}
         assert cell["world"] == {**of_base, "dropout": 2 * [cell["values"]["dropout"]]}
     assert found["parameters"]["reset_noise_scale"] == "0.01"
-    alone, one = compare(*words, "--policy", "shipped", "--episodes", 4)
+    alone, one = evaluate(*words, "--policy", "shipped", "--episodes", 4)
     assert [cell["values"] for cell in one["cells"]] == [{}, {}]
     assert [line.split()[0] for line in alone.splitlines()[2:6]] == [
         *("world", "plain", "slippery", "moon")
@@ -123,26 +107,26 @@ def test_worlds_are_rows(compare):
 
 
 @pytest.mark.parametrize("policy", ["heuristic", "random", "shipped"])
-def test_threads_and_num_envs_change_nothing(compare, policy):
+def test_threads_and_num_envs_change_nothing(evaluate, policy):
     words = ["Walker2d-v5", "--policy", policy, *PUSHES, "--episodes", 5, "--worst", 2]
-    first = compare(*words, "--num-envs", 1, "--num-threads", 1)
-    assert compare(*words, "--num-envs", 7, "--num-threads", 3) == first
+    first = evaluate(*words, "--num-envs", 1, "--num-threads", 1)
+    assert evaluate(*words, "--num-envs", 7, "--num-threads", 3) == first
     of_no_push, *_, of_pushes = first[1]["cells"]
     assert returns_of(of_no_push) == returns_of(first[1]["plain"])
     if policy != "random":  # which falls before the first push
         assert returns_of(of_pushes) != returns_of(first[1]["plain"])
 
 
-def test_a_network_equals_the_same_network_step_by_step(compare, monkeypatch):
-    from walker_sim.commands import evaluate
+def test_a_network_equals_the_same_network_step_by_step(evaluate, monkeypatch):
+    from walker_sim.commands import evaluate as module
 
     words = ["Walker2d-v5", "--policy", "shipped", *PUSHES, "--episodes", 3]
-    found = compare(*words)
+    found = evaluate(*words)
     calls = []
-    stepped = evaluate._stepped
-    monkeypatch.setattr(evaluate, "_stepped", lambda *given: calls.append(1) or stepped(*given))
-    monkeypatch.setattr(evaluate, "find_network", lambda *_: None)
-    assert compare(*words) == found
+    stepped = module._stepped
+    monkeypatch.setattr(module, "_stepped", lambda *given: calls.append(1) or stepped(*given))
+    monkeypatch.setattr(module, "find_network", lambda *_: None)
+    assert evaluate(*words) == found
     assert calls
 
 
@@ -168,11 +152,11 @@ def commands_of(out):
         ["BipedalWalker-v3", "--policy", "heuristic"],
     ],
 )
-def test_the_worst_episodes_repeat(command, compare, pygame, monkeypatch, walker):
+def test_the_worst_episodes_repeat(command, evaluate, pygame, monkeypatch, walker):
     """`play` and `evaluate` with the printed words play the same episodes, to the bit."""
     from walker_sim.commands import play
 
-    out, found = compare(*walker, "--episodes", 6, "--worst", 3)
+    out, found = evaluate(*walker, "--episodes", 6, "--worst", 3)
     cells = [found["plain"], *found["cells"]] if "cells" in found else [found]
     least = sorted(value for cell in cells for value in returns_of(cell))[:3]
     words = commands_of(out)
@@ -188,7 +172,7 @@ def test_the_worst_episodes_repeat(command, compare, pygame, monkeypatch, walker
     for python, dash, package, name, *others in words:
         assert (python, dash, package, name) == ("python3", "-m", "walker_sim", "play")
         command("play", *others)
-        evaluated += returns_of(compare(*others)[1])
+        evaluated += returns_of(evaluate(*others)[1])
     assert played == evaluated == least
 
 
@@ -207,19 +191,11 @@ def test_csv(command, tmp_path):
     assert [row["push_impulse"] for row in rows] == ["", "", "10.0", "10.0", "20.0", "20.0"]
 
 
-@pytest.fixture
-def figures(monkeypatch):
-    made = []
-    make = results.make_figure
-    monkeypatch.setattr(results, "make_figure", lambda **k: made.append(make(**k)) or made[-1])
-    return made
-
-
 @pytest.mark.parametrize("number_of_worlds", [1, 2])
-def test_heat_map(compare, tmp_path, figures, number_of_worlds):
+def test_heat_map(evaluate, tmp_path, figures, number_of_worlds):
     file = tmp_path / "grid.png"
     words = ["--world", *["pushed", "slippery"][:number_of_worlds]]
-    _, found = compare(*SHIPPED, *PUSHES, *DELAYS, *words, "--episodes", 2, "--plot", file)
+    _, found = evaluate(*SHIPPED, *PUSHES, *DELAYS, *words, "--episodes", 2, "--plot", file)
     assert file.read_bytes().startswith(b"\x89PNG")
     maps = figures[-1].axes[:number_of_worlds]
     drawn = np.concatenate([axes.images[0].get_array().data.ravel() for axes in maps])
@@ -230,9 +206,9 @@ def test_heat_map(compare, tmp_path, figures, number_of_worlds):
     assert texts == [f"{cell['mean']:.0f}\n{cell['fell']:.0%}" for cell in found["cells"]]
 
 
-def test_rows_and_one_axis_are_a_heat_map(compare, tmp_path, figures):
+def test_rows_and_one_axis_are_a_heat_map(evaluate, tmp_path, figures):
     words = [*SHIPPED, *PUSHES, "--world", "pushed", "slippery", "--episodes", 2]
-    _, found = compare(*words, "--plot", tmp_path / "grid.svg")
+    _, found = evaluate(*words, "--plot", tmp_path / "grid.svg")
     drawn = figures[-1].axes[0].images[0].get_array().data
     assert drawn.shape == (2, 3)
     assert drawn.ravel().tolist() == [cell["mean"] for cell in found["cells"]]
@@ -241,8 +217,8 @@ def test_rows_and_one_axis_are_a_heat_map(compare, tmp_path, figures):
 @pytest.mark.parametrize(
     "words", [["--grid", "gravity=-8,-12,-10"], ["--world", "slippery", "moon", "pushed"]]
 )
-def test_one_axis_is_a_line(compare, tmp_path, figures, words):
-    _, found = compare(*SHIPPED, *words, "--episodes", 2, "--plot", tmp_path / "grid.pdf")
+def test_one_axis_is_a_line(evaluate, tmp_path, figures, words):
+    _, found = evaluate(*SHIPPED, *words, "--episodes", 2, "--plot", tmp_path / "grid.pdf")
     line = figures[-1].axes[0].lines[1]
     means = [cell["mean"] for cell in found["cells"]]
     if "--grid" in words:
@@ -251,8 +227,8 @@ def test_one_axis_is_a_line(compare, tmp_path, figures, words):
     assert line.get_ydata().tolist() == means
 
 
-def test_one_seed_has_no_intervals(compare):
-    out, found = compare(*SHIPPED, "--grid", "gravity=-9", "--episodes", 1)
+def test_one_seed_has_no_intervals(evaluate):
+    out, found = evaluate(*SHIPPED, "--grid", "gravity=-9", "--episodes", 1)
     assert found["cells"][0]["difference_interval"] is None
     assert out.splitlines()[4].split()[2] == "-"
 

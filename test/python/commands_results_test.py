@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
-from walker_sim.commands.episodes import Episode, Steps
+from walker_sim.commands.episodes import Episode
 from walker_sim.commands.results import bootstrap_interval, histogram, report, summarise
 
 
 def episodes_of(returns, ends=None):
-    steps = Steps([], [], [], [], [], [])
     ends = ends or ["fell"] * len(returns)
-    return [
-        Episode(i, i, value, 10 + i, True, False, ends[i], {}, "", steps)
-        for i, value in enumerate(returns)
-    ]
+    return [Episode(i, i, value, 10 + i, True, False, ends[i]) for i, value in enumerate(returns)]
 
 
 def test_interval_of_a_normal_sample():

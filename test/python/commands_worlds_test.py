@@ -1,7 +1,6 @@
 """--world of the commands, and the command worlds."""
 
 import csv
-import json
 import pathlib
 import re
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
 from walker_sim import _core
-from walkers import IDS, make_ours
+from walkers import IDS, make_ours, play
 
 WORLD = "{gravity: [-12, -8], push_interval: [1, 2], action_delay: 0.02}"
 
@@ -41,18 +40,13 @@ def test_the_docs_show_the_output(command):
     assert block.splitlines() == [*lines[:2], "..."]
 
 
-def outcomes_of(file):
-    return json.loads(file.read_text())["outcomes"]
-
-
-def test_evaluate_writes_what_was_drawn(command, tmp_path):
+def test_evaluate_writes_what_was_drawn(evaluate, tmp_path):
     """Each episode is that of gymnasium.make with the drawn numbers."""
-    table, file = tmp_path / "a.csv", tmp_path / "a.json"
-    words = ["evaluate", "BipedalWalker-v3", "--world", WORLD, "--episodes", 6]
-    out = command(*words, "--csv", table, "--json", file, "--num-envs", 4).out
+    table = tmp_path / "a.csv"
+    words = ["BipedalWalker-v3", "--world", WORLD, "--episodes", 6]
+    out, whole = evaluate(*words, "--csv", table, "--num-envs", 4)
     assert out.startswith(f"BipedalWalker-v3, world {WORLD}, policy heuristic, 6 episodes\n")
-    assert command(*words, "--num-envs", 1).out == out
-    whole = json.loads(file.read_text())
+    assert evaluate(*words, "--num-envs", 1) == (out, whole)
     assert whole["world"] == {
         "gravity": [-12, -8],
         "push_interval": [1, 2],
@@ -64,28 +58,21 @@ def test_evaluate_writes_what_was_drawn(command, tmp_path):
         drawn = outcome["world"]
         assert {name: float(row[name]) for name in drawn} == drawn
         env = make_ours("BipedalWalker-v3")
-        heuristic = BipedalWalkerHeuristics()
-        observation, info = env.reset(seed=outcome["seed"], options={"world": drawn})
-        assert info["world"] == drawn
-        episode_return, ended = 0.0, False
-        while not ended:
-            action = np.asarray(heuristic.step_heuristic(observation), np.float32)
-            observation, reward, terminated, truncated, _ = env.step(action)
-            episode_return += reward
-            ended = terminated or truncated
+        assert env.reset(options={"world": drawn})[1]["world"] == drawn
+        heuristic = BipedalWalkerHeuristics().step_heuristic
+        (episode_return, *_), _ = play(env, outcome["seed"], heuristic, world=drawn)
         assert episode_return == outcome["return"]
 
 
-def test_without_a_world_the_files_have_none(command, tmp_path):
-    table, file = tmp_path / "a.csv", tmp_path / "a.json"
-    words = ["Hopper-v5", "--episodes", 2, "--csv", table, "--json", file]
-    plain = command("evaluate", *words).out
+def test_without_a_world_the_files_have_none(evaluate, tmp_path):
+    table = tmp_path / "a.csv"
+    words = ["Hopper-v5", "--episodes", 2, "--csv", table]
+    plain, fields = evaluate(*words)
     assert "gravity" not in table.read_text() and "world" not in plain
-    assert '"world"' not in file.read_text()
-    before = outcomes_of(file)
-    out = command("evaluate", *words, "--world", "gymnasium").out
+    assert "'world'" not in str(fields)
+    out, again = evaluate(*words, "--world", "gymnasium")
     assert out == plain.replace("Hopper-v5,", "Hopper-v5, world gymnasium,", 1)
-    assert outcomes_of(file) == before
+    assert again["outcomes"] == fields["outcomes"]
 
 
 @pytest.mark.parametrize(
@@ -167,23 +154,21 @@ def test_not_beside_check_and_not_of_other_commands(command, tmp_path):
     assert "ID = moon: must be one of" in command("worlds", "moon", status=2).err
 
 
-def test_a_file_of_the_user(command, tmp_path, monkeypatch):
+def test_a_file_of_the_user(evaluate, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.yaml").write_text("gravity: -5\n")
-    words = ["evaluate", "Hopper-v5", "--episodes", 2, "--json", "a.json"]
-    command(*words, "--world", "mine.yaml")
-    for outcome in outcomes_of(tmp_path / "a.json"):
-        assert outcome["world"] == {"gravity": -5}
+    _, fields = evaluate("Hopper-v5", "--episodes", 2, "--world", "mine.yaml")
+    assert [outcome["world"] for outcome in fields["outcomes"]] == 2 * [{"gravity": -5}]
 
 
 def test_play_prints_what_was_drawn(command, pygame, monkeypatch):
-    from walker_sim.commands import play
+    from walker_sim.commands.play import Viewer
 
     def run(viewer):
         while not viewer.session.end:
             viewer._step()
 
-    monkeypatch.setattr(play.Viewer, "run", run)
+    monkeypatch.setattr(Viewer, "run", run)
     given = ["--world", "{gravity: [-12, -8]}", "--seeds", 3, "max_episode_steps=20"]
     out = command("play", "Hopper-v5", *given).out
     found = re.fullmatch(

@@ -1,6 +1,7 @@
 """Fixtures of the Python suites."""
 
 import itertools
+import json
 import os
 import pathlib
 import signal
@@ -70,6 +71,29 @@ def record(tmp_path, command):
             return dict(arrays), file
 
     return run
+
+
+@pytest.fixture
+def evaluate(tmp_path, command):
+    """Runs `evaluate`. Returns its output and its JSON."""
+
+    def run(*words):
+        file = tmp_path / "evaluation.json"
+        out = command("evaluate", *words, "--json", file).out
+        return out, json.loads(file.read_text())
+
+    return run
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """The figures that the commands make."""
+    from walker_sim.commands import results
+
+    made = []
+    make = results.make_figure
+    monkeypatch.setattr(results, "make_figure", lambda **k: made.append(make(**k)) or made[-1])
+    return made
 
 
 class Clock:

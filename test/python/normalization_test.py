@@ -1,7 +1,6 @@
 """`evaluate` with a Stable-Baselines3 model and its VecNormalize statistics plays the same episodes
 as Stable-Baselines3."""
 
-import json
 import pickle
 
 import gymnasium
@@ -10,8 +9,8 @@ import pytest
 import walker_sim  # noqa: F401  # registers the ids
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
-from walker_sim.commands import main
 from walker_sim.sb3 import VecEnv
+from walkers import returns_of
 
 ID = "BipedalWalker-v3"
 SEEDS = [4, 0, 7]
@@ -28,15 +27,6 @@ def learnt(request, tmp_path_factory):
     model.save(folder / "model.zip")
     walkers.save(str(folder / "vec_normalize.pkl"))
     return request.param, folder
-
-
-def returns_of(folder, *options):
-    path = folder / "summary.json"
-    words = ["--policy", str(folder / "model.zip"), f"max_episode_steps={LIMIT}"]
-    seeds = ["--seeds", ",".join(map(str, SEEDS)), "--json", str(path)]
-    assert main(["evaluate", ID, *words, *seeds, *map(str, options)]) == 0
-    summary = json.loads(path.read_text())
-    return [outcome["return"] for outcome in summary["outcomes"]], summary["policy"]
 
 
 def returns_by_stable_baselines3(kind, folder):
@@ -58,14 +48,17 @@ def returns_by_stable_baselines3(kind, folder):
     return returns
 
 
-def test_evaluate_equals_stable_baselines3(learnt):
+def test_evaluate_equals_stable_baselines3(learnt, evaluate):
     kind, folder = learnt
     statistics = folder / "vec_normalize.pkl"
-    returns, policy = returns_of(folder, "--normalization", statistics)
+    words = [ID, "--policy", folder / "model.zip", f"max_episode_steps={LIMIT}"]
+    words += ["--seeds", ",".join(map(str, SEEDS))]
+    _, found = evaluate(*words, "--normalization", statistics)
+    returns = returns_of(found)
     # Stable-Baselines3's rewards are float32.
     assert np.allclose(returns, returns_by_stable_baselines3(kind, folder), rtol=0, atol=1e-3)
-    assert policy == f"{folder / 'model.zip'} with {statistics}"
-    assert returns != returns_of(folder)[0], "without the statistics it is another policy"
+    assert found["policy"] == f"{folder / 'model.zip'} with {statistics}"
+    assert returns != returns_of(evaluate(*words)[1]), "without the statistics it is another policy"
 
 
 def test_error_names_invalid_statistics(learnt, tmp_path, command):

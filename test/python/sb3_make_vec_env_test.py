@@ -39,6 +39,16 @@ def without_time(info):
     }
 
 
+def step_equally(ours, theirs, actions):
+    """Steps both environments, whose results must be equal. Returns our infos."""
+    *given, infos = ours.step(actions)
+    *expected, their_infos = theirs.step(actions)
+    for one, other in zip(given, expected):
+        assert one.dtype == other.dtype and one.tobytes() == other.tobytes()
+    assert list(map(without_time, infos)) == list(map(without_time, their_infos))
+    return infos
+
+
 @pytest.mark.parametrize("env_id", LIMITS)
 def test_equals_dummy_vec_env(env_id):
     ours, theirs = both(env_id)
@@ -51,12 +61,7 @@ def test_equals_dummy_vec_env(env_id):
         assert actions.tobytes() == b"".join(
             ours.action_space.sample().tobytes() for _ in range(NUM_ENVS)
         )
-        *given, infos = ours.step(actions)
-        *expected, their_infos = theirs.step(actions)
-        for one, other in zip(given, expected):
-            assert one.dtype == other.dtype and one.tobytes() == other.tobytes()
-        assert list(map(without_time, infos)) == list(map(without_time, their_infos))
-        for info in infos:
+        for info in step_equally(ours, theirs, actions):
             if "episode" in info:
                 assert info["episode"]["t"] > 0
                 ends[info["TimeLimit.truncated"]] += 1
@@ -132,11 +137,7 @@ def test_functions_without_a_monitor():
     assert ours.reset().tobytes() == theirs.reset().tobytes()
     assert ours.env_is_wrapped(Monitor) == [False] * 3
     for _ in range(20):
-        actions = np.full((3, 6), 0.4, np.float32)
-        *given, infos = ours.step(actions)
-        *expected, their_infos = theirs.step(actions)
-        assert [one.tobytes() for one in given] == [one.tobytes() for one in expected]
-        assert list(map(without_time, infos)) == list(map(without_time, their_infos))
+        step_equally(ours, theirs, np.full((3, 6), 0.4, np.float32))
 
 
 def test_refused_functions():

@@ -1,7 +1,6 @@
 """Worlds of walker_sim.sb3.VecEnv equal those of Stable-Baselines3's DummyVecEnv, to the bit."""
 
 import copy
-import json
 import re
 
 import gymnasium
@@ -145,7 +144,7 @@ def test_the_world_of_settings(tmp_path):
             settings_from({"world": world})
 
 
-def test_train_and_evaluate_in_a_world(tmp_path, command):
+def test_train_and_evaluate_in_a_world(tmp_path, command, evaluate):
     (tmp_path / "small.yaml").write_text(
         "{steps: 1024, num_envs: 4, rollout: 64, batch_size: 64, epochs: 1, evaluate_every: 1024, "
         "evaluation_episodes: 3, world: pushed}\n"
@@ -161,10 +160,8 @@ def test_train_and_evaluate_in_a_world(tmp_path, command):
     returns = {}
     for world in (text, "gymnasium"):
         words = ["Hopper-v5", "--seeds", "2000000:2000003", "--world", world]
-        file = tmp_path / "outcomes.json"
-        command("evaluate", *words, "--policy", folder / "policy.safetensors", "--json", file)
-        outcomes = json.loads(file.read_text())["outcomes"]
-        returns[world] = np.mean([outcome["return"] for outcome in outcomes])
+        _, found = evaluate(*words, "--policy", folder / "policy.safetensors")
+        returns[world] = found["mean"]
     points = [line.split(",") for line in (folder / "curve.csv").read_text().splitlines()]
     evaluated = max(float(point[3]) for point in points[1:])
     assert returns[text] == pytest.approx(evaluated, rel=1e-5)

@@ -1,7 +1,6 @@
 """Shipped policies: their cards, and equal episodes in Gymnasium's environments."""
 
 import concurrent.futures
-import json
 import pathlib
 import re
 
@@ -14,6 +13,7 @@ from mujoco_reference import IDS as MUJOCO_WALKERS
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.settings import read_settings
+from walkers import returns_of
 
 ROOT = pathlib.Path(__file__).parents[2]
 IDS = (*BIPEDAL_WALKERS, *MUJOCO_WALKERS)
@@ -106,25 +106,20 @@ def test_mean_return_equals_another_mujocos(env_id):
     assert means[0] == pytest.approx(means[1], rel=0.05)
 
 
-def test_walker2d_walks_over_rough_ground(tmp_path, command):
+def test_walker2d_walks_over_rough_ground(evaluate):
     """As docs/worlds.md says."""
-    file = tmp_path / "evaluation.json"
     world = ["--world", "{ground_roughness: 0.05}"]
-    seeds = ["--seeds", "0:40"]
-    command("evaluate", "Walker2d-v5", "--policy", "shipped", *world, *seeds, "--json", file)
-    outcomes = json.loads(file.read_text())["outcomes"]
-    assert np.mean([each["return"] for each in outcomes]) > 7000
+    _, found = evaluate("Walker2d-v5", "--policy", "shipped", *world, "--seeds", "0:40")
+    assert found["mean"] > 7000
 
 
 @pytest.mark.parametrize(("env_id", "kind"), SHIPPED + ROBUST)
-def test_returns_equal_the_cards(env_id, kind, tmp_path, command):
+def test_returns_equal_the_cards(env_id, kind, evaluate):
     name = shipped_policy(env_id, kind).stem
     card = (ROOT / "docs/policies" / f"{name}.md").read_text()
     row = re.search(r"^\| \*\*(\S+)\*\* \| (\S+) \| (\S+) \| (\S+) \|", card, re.MULTILINE)
-    file = tmp_path / "evaluation.json"
-    seeds = ["--seeds", "1000000:1001000"]
-    command("evaluate", env_id, "--policy", kind, *seeds, "--json", file)
-    returns = np.array([each["return"] for each in json.loads(file.read_text())["outcomes"]])
+    _, found = evaluate(env_id, "--policy", kind, "--seeds", "1000000:1001000")
+    returns = np.array(returns_of(found))
     figures = (returns.mean(), returns.std(ddof=1), returns.min(), returns.max())
     assert tuple(f"{figure:.1f}" for figure in figures) == row.groups()
     assert returns.mean() >= MIN_MEAN_RETURN[name]

@@ -5,7 +5,6 @@ import json
 import os
 import pathlib
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -19,17 +18,18 @@ from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
 from walker_sim.sb3 import VecEnv
-from walker_sim.training import evaluation, ppo
+from walker_sim.training import ppo
 from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
+from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
 from walker_sim.training.settings import (
     Settings,
-    SettingsError,
     read_settings,
     settings_from,
     write_settings,
 )
+from walkers import returns_of
 
 ROOT = pathlib.Path(__file__).parents[2]
 ID = "BipedalWalker-v3"
@@ -88,30 +88,6 @@ def test_shipped_settings_survive_writing(tmp_path):
 
 def test_every_setting_has_a_default():
     assert settings_from({}) == Settings()
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"algorithms": "ppo"}, "algorithms: unknown; must be one of algorithm, steps"),
-        ({"algorithm": "dqn"}, "algorithm = 'dqn': must be one of ppo, sac, tqc, es, cma"),
-        ({"steps": 0}, "steps = 0: must be a whole number from 1"),
-        ({"steps": 1e6}, "steps = 1000000.0: must be a whole number"),
-        ({"gamma": 1.5}, "gamma = 1.5: must be a number from 0 to 1"),
-        ({"gamma": float("nan")}, "gamma = nan"),
-        ({"layers": 64}, "layers = 64: must be a list of 0 to 8 whole numbers"),
-        ({"layers": [64, "64"]}, "layers = '64': must be a whole number"),
-        ({"learning_rate": 1e-3}, "learning_rate = 0.001: must be two numbers"),
-        ({"least_reward": 1}, "least_reward = 1: must be a number from -inf to 0"),
-        ({"changes": {10: {"seed": 1}}}, "changes: 'seed': must be one of gamma, least_reward"),
-        ({"parameters": 3}, "parameters = 3: must be a mapping"),
-        ({"parameters": {"hardcore": None}}, "parameters: hardcore = None: must be true or false,"),
-    ],
-)
-def test_error_names_invalid_setting(given, words):
-    with pytest.raises(SettingsError) as caught:
-        settings_from(given)
-    assert words in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -217,15 +193,15 @@ def test_tanh_is_that_of_pytorch():
 # ---------------------------------------------------------------- trainings
 
 
-def test_evaluate_repeats_the_best_evaluation(tmp_path, command, monkeypatch):
+def test_evaluate_repeats_the_best_evaluation(tmp_path, command, evaluate, monkeypatch):
     """evaluate's returns equal the training's to the bit."""
     seen = []
 
-    def returns(self, *given, play=evaluation.Evaluation.returns):
+    def returns(self, *given, play=Training._returns):
         seen.append(play(self, *given))
         return seen[-1]
 
-    monkeypatch.setattr(evaluation.Evaluation, "returns", returns)
+    monkeypatch.setattr(Training, "_returns", returns)
     write_settings(small(), tmp_path / "small.yaml")
     folder = tmp_path / "run"
     given = ["train", ID, "--settings", tmp_path / "small.yaml", "--out", folder]
@@ -237,10 +213,8 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, command, monkeypatch):
     best = max(float(point["evaluation_return"]) for point in points)
     policy = _core.Policy(str(folder / "policy.safetensors"))
     assert policy.notes["settings"] == read_settings(folder / "settings.yaml").hash()
-    file = tmp_path / "outcomes.json"
-    chosen = ["--seeds", "2000000:2000003", "max_episode_steps=50", "--json", file]
-    command("evaluate", ID, "--policy", folder / "policy.safetensors", *chosen)
-    returns = [each["return"] for each in json.loads(file.read_text())["outcomes"]]
+    chosen = ["--seeds", "2000000:2000003", "max_episode_steps=50"]
+    returns = returns_of(evaluate(ID, "--policy", folder / "policy.safetensors", *chosen)[1])
     assert np.mean(returns) == pytest.approx(best, abs=1e-3)
     assert returns == max(seen, key=np.mean).tolist()
     assert "--resume" in command(*given, status=2).err
@@ -329,14 +303,6 @@ def test_exploration_fades_linearly_and_changes_apply(tmp_path):
         assert gamma == (0.95 if begun >= 1000 else 0.9)
 
 
-def tensor_of(path, name):
-    content = path.read_bytes()
-    (size,) = struct.unpack_from("<Q", content)
-    entry = json.loads(content[8 : 8 + size])[name]
-    begin, end = entry["data_offsets"]
-    return np.frombuffer(content[8 + size :][begin:end], "<f4").reshape(entry["shape"])
-
-
 def test_policy_is_the_mean_of_the_last_networks(tmp_path):
     networks = []
 
@@ -345,7 +311,7 @@ def test_policy_is_the_mean_of_the_last_networks(tmp_path):
             networks.append(actor_arrays(training.model))
 
     training = train(tmp_path / "run", small(average_updates=3, evaluate_every=2048), report=look)
-    weight = tensor_of(tmp_path / "run" / "policy.safetensors", "layers.0.weight")
+    weight = read_policy(tmp_path / "run" / "policy.safetensors").layers[0][0]
     networks.append(actor_arrays(training.model))
     expected = np.mean([network[0] for network in networks[-3:]], axis=0)
     assert np.allclose(weight, expected, rtol=0, atol=1e-7)

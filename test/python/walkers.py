@@ -79,6 +79,24 @@ def overflowing(folder):
     return {"xml_file": model, "terminate_when_unhealthy": False, "reset_noise_scale": 3.0}
 
 
+def play(environment, seed, policy, **options):
+    """Plays an episode. Returns its return, length, terminated and truncated, and the last info."""
+    observation, info = environment.reset(seed=seed, options=options)
+    episode_return, length, ended = 0.0, 0, False
+    while not ended:
+        action = np.asarray(policy(observation), np.float32)
+        observation, reward, terminated, truncated, info = environment.step(action)
+        episode_return += float(reward)
+        length += 1
+        ended = terminated or truncated
+    return (episode_return, length, terminated, truncated), info
+
+
+def returns_of(fields):
+    """Returns the returns of a summary, or of a grid's cell, in the order of the seeds."""
+    return [outcome["return"] for outcome in fields["outcomes"]]
+
+
 def through_pickle(value):
     return pickle.loads(pickle.dumps(value))
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import io
 import os
 import sys
-from typing import Sequence
+from typing import Any, NoReturn, Sequence
 
 import walker_sim
-from walker_sim.commands.parser import InputError, Parser
 
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
@@ -40,6 +40,28 @@ input or no connection, 130 interrupted.
 """
 
 
+class InputError(Exception):
+    """An input is invalid. The message names it, its value and what is allowed."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser that keeps line breaks, allows no abbreviations and has one-line errors."""
+
+    def __init__(self, command: str, description: str, epilog: str, **keywords: Any) -> None:
+        super().__init__(
+            prog=f"python3 -m walker_sim {command}".strip(),
+            description=description,
+            epilog=epilog,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+            **keywords,
+        )
+
+    def error(self, message: str) -> NoReturn:
+        """Prints the error and exits with status 2."""
+        self.exit(2, f"{self.prog.replace('python3 -m ', '')}: {message}; see --help\n")
+
+
 def _parser() -> Parser:
     lines = "\n  ".join(f"{name:<10}{text}" for name, text in COMMANDS.items())
     parser = Parser(
@@ -55,16 +77,10 @@ def _parser() -> Parser:
     return parser
 
 
-def _print_error(command: str, error: Exception) -> None:
-    """Prints an error to standard error in one line, with unprintable characters escaped."""
-    text = "".join(
-        character if character.isprintable() else repr(character)[1:-1] for character in str(error)
-    )
-    print(f"walker_sim {command}: {text}", file=sys.stderr)
-
-
 def _status_of(error: Exception) -> int | None:
     """Returns the exit status for an expected error; None if it needs a traceback."""
+    if isinstance(error, (InputError, OSError)):  # the latter includes walker_sim.ConnectionError
+        return 2
     if isinstance(error, ImportError):
         return None
     # Not imported above: `doctor` runs without an extension module and without Gymnasium.
@@ -113,12 +129,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader has closed the pipe. The interpreter's last flush must not fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except (InputError, OSError) as error:  # the latter includes walker_sim.ConnectionError
-        _print_error(command, error)
-        return 2
     except Exception as error:
         expected = _status_of(error)
         if expected is None:
             raise
-        _print_error(command, error)
+        # In one line: unprintable characters are escaped.
+        text = "".join(
+            character if character.isprintable() else repr(character)[1:-1]
+            for character in str(error)
+        )
+        print(f"walker_sim {command}: {text}", file=sys.stderr)
         return expected

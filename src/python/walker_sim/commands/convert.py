@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Any, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.commands import options as common
@@ -85,7 +86,11 @@ def _to_policy(options: argparse.Namespace) -> int:
     specification = _core.Environment(env_id, {}).specification
     policy = models.to_policy(model, env_id, specification, options.normalization)
     write_policy(policy, options.out)
-    difference = max_difference(policy, options.out, model.act)
+    # Within the range that the policy does not clip.
+    normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))).clip(-5, 5)
+    observations = normal * policy.deviation + policy.mean
+    expected = model.act(normal.astype(np.float32))
+    difference = max_difference(policy, options.out, observations, expected)
     return _report(options.out, policy, difference, "random observations")
 
 
@@ -97,7 +102,12 @@ def _to_onnx(options: argparse.Namespace) -> int:
     dtype = _core.Environment(policy.env_id, {}).specification["observation_dtype"]
     onnx_file.write_onnx(policy, dtype, options.out)
     evaluator, act = onnx_file.load_onnx(options.out)
-    difference = max_difference_of_onnx(policy, options.model, act, dtype)
+    # Half of them are as wide as those of an episode. The others are so wide that some are clipped,
+    # as a fall's are.
+    width = np.repeat([1.0, 5.0], CHECKS // 2)[:, np.newaxis]
+    normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))) * width
+    observations = (normal * policy.deviation + policy.mean).astype(dtype)
+    difference = max_difference(policy, options.model, observations, act(observations))
     return _report(options.out, policy, difference, f"random observations ({evaluator})")
 
 
@@ -112,33 +122,14 @@ def _report(out: Path, policy: PolicyFile, difference: float, where: str) -> int
     return 0
 
 
-def max_difference(policy: PolicyFile, path: Path, act: Callable[[Any], Any]) -> float:
-    """Returns the maximum difference between the actions of the written file and of the model.
-
-    `act` maps normalised observations, shape (n, observation size), to the model's actions.
-    """
-    size = len(policy.mean)
-    normal = np.random.default_rng(0).normal(size=(CHECKS, size)).clip(-5, 5)
-    observations = normal * policy.deviation + policy.mean
-    expected = act(normal.astype(np.float32))
-    actions = np.empty_like(expected, np.float64)
-    _core.Policy(os.fsencode(path)).act(observations, actions)
-    return float(np.abs(actions - expected).max())
-
-
-def max_difference_of_onnx(policy: PolicyFile, path: Path, act: onnx_file.Act, dtype: str) -> float:
-    """Returns the maximum difference between the actions of an ONNX model, `act`, and of the policy
-    file that it was made of, both of raw observations.
-
-    Half of the normalised observations are as wide as those of an episode. The others are so wide
-    that some are clipped, as a fall's are.
-    """
-    width = np.repeat([1.0, 5.0], CHECKS // 2)[:, np.newaxis]
-    normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))) * width
-    observations = (normal * policy.deviation + policy.mean).astype(dtype)
-    actions = np.empty((CHECKS, len(policy.low)))
+def max_difference(
+    policy: PolicyFile, path: Path, observations: NDArray[Any], expected: NDArray[Any]
+) -> float:
+    """Returns the maximum difference between the actions of the policy's file and the expected ones
+    for observations, shape (n, observation size)."""
+    actions = np.empty((len(observations), len(policy.low)))
     _core.Policy(os.fsencode(path)).act(observations.astype(np.float64), actions)
-    return float(np.abs(actions - act(observations)).max())
+    return float(np.abs(actions - expected).max())
 
 
 def _fitting(sizes: tuple[int, int]) -> str:

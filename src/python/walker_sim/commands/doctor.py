@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any, Callable, Sequence
 
 import walker_sim
+from walker_sim.commands import Parser
 from walker_sim.commands import doctor_machine as machine
 from walker_sim.commands.doctor_machine import FAULT, NOTE, OK, Finding, Findings
-from walker_sim.commands.parser import Parser
 
 SEED, STEPS = 0, 100  # of the trial episodes
 # The first digits of the SHA-256 of the trial episodes, by the variant of the C library that the

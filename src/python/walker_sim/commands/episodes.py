@@ -124,17 +124,13 @@ def play(
         free = [environment for environment in running if has_ended[environment]]
         for environment in free:
             episode, _ = running.pop(environment)
-            _conclude(episode, walkers, batch, environment)
+            episode.terminated = bool(batch.terminated[environment])
+            episode.truncated = bool(batch.truncated[environment])
+            episode.end = end_of(walkers, batch, environment)
+            names = walkers.specification["info_names"]
+            episode.info = by_name(names, batch.info[environment].tolist())
+            episode.error = walkers.error(environment)
             yield episode
-
-
-def _conclude(episode: Episode, walkers: Walkers, batch: Batch, environment: int) -> None:
-    episode.terminated = bool(batch.terminated[environment])
-    episode.truncated = bool(batch.truncated[environment])
-    episode.end = end_of(walkers, batch, environment)
-    names = walkers.specification["info_names"]
-    episode.info = by_name(names, batch.info[environment].tolist())
-    episode.error = walkers.error(environment)
 
 
 def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:

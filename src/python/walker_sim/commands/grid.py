@@ -89,18 +89,14 @@ def make_grid(
         raise InputError(f"--grid {names[0]}: given twice")
     if len(set(rows)) < len(rows):
         raise InputError(f"--world {Counter(rows).most_common(1)[0][0]}: given twice")
-    bases: dict[str, World] = {"": {}}
     try:
-        if rows:
-            bases = {row: read_world(row) for row in rows}
+        bases = {row: read_world(row) for row in rows} or {"": {}}
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from error
-    episodes = number_of_seeds * len(bases)
-    for one in axes:
-        episodes *= len(one.values)
-    if episodes + number_of_seeds > MAX_SEEDS:
+    num_worlds = 1 + len(bases) * math.prod(len(one.values) for one in axes)
+    if number_of_seeds * num_worlds > MAX_SEEDS:
         raise InputError(
-            f"{episodes + number_of_seeds:,} episodes, {number_of_seeds:,} in each world and in "
+            f"{number_of_seeds * num_worlds:,} episodes, {number_of_seeds:,} in each world and in "
             f"Gymnasium's: must be at most {MAX_SEEDS:,}"
         )
     note = _add_pushes(bases, names)

@@ -15,7 +15,7 @@ from walker_sim.commands import results
 from walker_sim.commands.episodes import Episode
 from walker_sim.commands.grid import Cell, Grid
 from walker_sim.commands.results import Summary, rounded
-from walker_sim.worlds import range_text, text_of
+from walker_sim.worlds import text_of
 
 FALLS = ("fell", "terminated")
 PLAIN = "plain"
@@ -218,8 +218,3 @@ def _draw_heat_maps(title: str, env_id: str, grid: Grid, found: Sequence[CellRes
     figure.colorbar(image, ax=list(panels), label="mean return")
     figure.get_layout_engine().set(w_pad=0.1)  # [inches]
     return figure
-
-
-def texts_of(grid: Grid) -> list[str]:
-    """Returns the world of each cell, the plain one first, as a text for --world."""
-    return ["gymnasium", *(range_text(cell.world) for cell in grid.cells)]

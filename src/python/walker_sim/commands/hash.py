@@ -27,8 +27,7 @@ and Hopper depend on the C library's sin, cos and pow, whose variant is printed 
 """
 
 EPILOG = f"""\
-ID, with or without "walker_sim/" before it, is one of
-{", ".join(_core.ids())} (default: all of them).
+{common.ID_HELP} (default: all of them).
 
 The variable WALKER_SIM_KERNEL (off, sse2, avx2, avx512) selects the vector instructions.
 

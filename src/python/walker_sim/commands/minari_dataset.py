@@ -8,7 +8,7 @@ import re
 import shutil
 import warnings
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Sequence
 
 import gymnasium
 import numpy as np
@@ -79,7 +79,14 @@ class DatasetWriter:
                         f"recorded by walker_sim {specification['version']} on {engine}"
                     ),
                 )
-            dataset.storage.update_metadata(_origin_of(specification, self._options))
+            world = self._options.world
+            dataset.storage.update_metadata(
+                {
+                    **origin_of(specification, self._options),
+                    "parameters": dict(specification["parameters"]),
+                    "world": range_text(read_world(world)) if world is not None else "",
+                }
+            )
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
@@ -129,12 +136,10 @@ def _buffer_of(episode: Episode, info_names: Sequence[str]) -> Any:
     )
 
 
-def _origin_of(specification: Specification, options: argparse.Namespace) -> Mapping[str, Any]:
-    """Returns what the file of `record` says of its origin, beside what Minari records itself."""
+def origin_of(specification: Specification, options: argparse.Namespace) -> dict[str, str]:
+    """Returns what recordings say of their origin, beside the environment."""
     return {
-        "parameters": dict(specification["parameters"]),
         "policy": policy_text(options),
-        "world": range_text(read_world(options.world)) if options.world is not None else "",
         "transport": options.transport,
         "engine": specification["engine"],
         "engine_version": specification["engine_version"],

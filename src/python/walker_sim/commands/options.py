@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Sequence
 
 from walker_sim import _core, transport
-from walker_sim.commands.parser import InputError as InputError
-from walker_sim.commands.parser import Parser as Parser
+from walker_sim.commands import InputError as InputError
+from walker_sim.commands import Parser as Parser
 from walker_sim.registration import without_namespace
 from walker_sim.transport import TRANSPORTS, ServerAddress, Walkers
 from walker_sim.worlds import to_world
@@ -20,18 +20,24 @@ from walker_sim.worlds import to_world
 DEFAULT_NUM_ENVS = 16  # in process
 MAX_SEEDS = 1_000_000
 
-WALKER_HELP = f"""\
+ID_HELP = f"""\
 ID, with or without "walker_sim/" before it, is one of
-{", ".join(_core.ids())}.
+{", ".join(_core.ids())}"""
+WALKER_HELP = f"""\
+{ID_HELP}.
 NAME=VALUE sets a parameter of the environment: hardcore=true, ctrl_cost_weight=0.01,
 "healthy_z_range=[0.7, .inf]", xml_file=my.xml, max_episode_steps=200.
 """
 
 
-def add_walker_options(parser: Parser) -> None:
+def add_walker(parser: Parser) -> None:
     parser.add_argument(
         "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
     )
+
+
+def add_walker_options(parser: Parser) -> None:
+    add_walker(parser)
     where = parser.add_argument_group("transport")
     where.add_argument(
         "--transport",

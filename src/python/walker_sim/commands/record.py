@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, Steps, play, progress
-from walker_sim.commands.minari_dataset import DatasetWriter
-from walker_sim.commands.policies import POLICY_HELP, make_policies, policy_text
+from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
+from walker_sim.commands.policies import POLICY_HELP, make_policies
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
 from walker_sim.worlds import text_of, to_world
 
@@ -135,12 +135,7 @@ def arrays_of(
         "id": specification["id"],
         "parameter_names": np.array(list(parameters), np.str_),
         "parameter_values": np.array(list(parameters.values()), np.str_),
-        "policy": policy_text(options),
-        "transport": options.transport,
-        "engine": specification["engine"],
-        "engine_version": specification["engine_version"],
-        "walker_sim_version": specification["version"],
-        "numpy_version": np.__version__,
+        **origin_of(specification, options),
         "info_names": np.array(specification["info_names"], np.str_),
         "seeds": np.array([episode.seed for episode in episodes], np.uint64),
         "worlds": np.array(

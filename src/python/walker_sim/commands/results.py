@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import importlib
-import io
 import json
 from collections import Counter
 from pathlib import Path
@@ -170,40 +169,36 @@ class Table:
     ) -> None:
         self._info_names, self._world_names = info_names, world_names
         self._world_of = world_of
-        self._file = path.open("wb")
-        first = ["world"] if world_of else []
-        self._head = _line([*first, *FIELDS, *info_names, *world_names, "error"])
-        self._append(self._head)
+        # Flushes after each line.
+        self._file = path.open("w", encoding="utf-8", newline="", buffering=1)
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        if self._file.seekable():
+            self._write([])
 
     def add(self, episode: Episode) -> None:
-        self._append(self._line_of(episode))
+        if self._file.seekable():
+            self._writer.writerow(self._row_of(episode))
 
     def finish(self, episodes: Iterable[Episode]) -> None:
         """Rewrites the file with the same episodes in this order, and closes it."""
         if self._file.seekable():
             self._file.seek(0)
-        self._file.write(self._head + b"".join(map(self._line_of, episodes)))
+        self._write(episodes)
         self._file.close()
 
-    def _append(self, line: bytes) -> None:
-        if self._file.seekable():
-            self._file.write(line)
-            self._file.flush()
+    def _write(self, episodes: Iterable[Episode]) -> None:
+        first = ["world"] if self._world_of else []
+        self._writer.writerow([*first, *FIELDS, *self._info_names, *self._world_names, "error"])
+        self._writer.writerows(map(self._row_of, episodes))
 
-    def _line_of(self, episode: Episode) -> bytes:
-        """Returns a line, with all digits of numbers; absent info is empty."""
+    def _row_of(self, episode: Episode) -> list[object]:
+        """Returns a row; absent info is empty."""
         info = [episode.info.get(name, "") for name in self._info_names]
         world = [episode.world.get(name, "") for name in self._world_names]
         outcome = (episode.terminated, episode.truncated, episode.end)
         row = (episode.seed, episode.episode_return, episode.length, *outcome)
         first = [self._world_of(episode)] if self._world_of else []
-        return _line([*first, *row, *info, *world, episode.error])
-
-
-def _line(row: Sequence[object]) -> bytes:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(row)
-    return text.getvalue().encode()
+        return [*first, *row, *info, *world, episode.error]
 
 
 def make_figure(**keywords: Any) -> Any:

@@ -40,9 +40,7 @@ Needs pip install 'walker_sim[train]'.
 
 def _parser() -> common.Parser:
     parser = common.Parser("train", DESCRIPTION, EPILOG)
-    parser.add_argument(
-        "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
-    )
+    common.add_walker(parser)
     common.add_world(parser, "the settings'")
     parser.add_argument(
         "--settings", type=Path, metavar="FILE", help="YAML file (default: the package's for ID)"

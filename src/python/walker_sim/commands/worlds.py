@@ -15,8 +15,7 @@ has Gymnasium's value.
 """
 
 EPILOG = f"""\
-ID, with or without "walker_sim/" before it, is one of
-{", ".join(_core.ids())}.
+{common.ID_HELP}.
 
 examples:
   python3 -m walker_sim worlds

@@ -19,9 +19,9 @@ from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.training.policy_file import PolicyFile, to_bytes
 from walker_sim.training.settings import LAYERS, Settings
 from walker_sim.training.stage import FIRST_TRAINING_SEED, Stage
-from walker_sim.training.start import fitted
 
 ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
+HIDDEN_SCALE = 0.3  # of what a linear policy becomes in tanh units, where they are nearly linear
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,8 @@ class Evolution(Stage):
         self._network = _core.Policy.from_bytes("network", to_bytes(self._template))
         first = np.array(self._network.parameters)
         self._recent: deque[Array] = deque([first], maxlen=settings.average_updates)
-        self._optimiser = _make_optimiser(settings, first)
+        strategy = AdamStrategy if settings.algorithm == "es" else CmaStrategy
+        self._optimiser: AdamStrategy | CmaStrategy = strategy(settings, first)
         self._steps, self._updates = 0, 0
         self._mean_return = float("nan")
 
@@ -142,7 +143,7 @@ class Evolution(Stage):
         start = self.read_start()
         if start is not None:
             if settings.layers is not None:
-                start.layers = fitted(start, sizes, random)
+                start.layers = _fitted(start, sizes, random)
             return start
         return PolicyFile(
             env_id=self.env_id,
@@ -153,7 +154,7 @@ class Evolution(Stage):
             deviation=np.ones(sizes[0]),
             low=low,
             high=high,
-            layers=fitted(None, sizes, random),
+            layers=_fitted(None, sizes, random),
         )
 
     def _normalise(self) -> None:
@@ -241,8 +242,33 @@ class CmaStrategy:
         return self._random.standard_normal(shape)
 
 
-def _make_optimiser(settings: Settings, first: Array) -> AdamStrategy | CmaStrategy:
-    return (AdamStrategy if settings.algorithm == "es" else CmaStrategy)(settings, first)
+def _fitted(
+    start: PolicyFile | None, sizes: list[int], random: np.random.Generator
+) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    """Returns layers of these sizes, from observation to action. They act as `start` does, which
+    has layers of these sizes or is linear; without it, actions are zero."""
+    if start is not None:
+        own = [start.layers[0][0].shape[1], *(len(bias) for _, bias in start.layers)]
+        if own == sizes:
+            return start.layers
+        if len(own) > 2 or len(sizes) != 3 or sizes[1] < sizes[2] or start.activation != "tanh":
+            raise ValueError(
+                f"layers = {sizes[1:-1]}: must be {own[1:-1]} as the policy to start from has "
+                "them, or, if that is linear, one layer with at least a unit for each action"
+            )
+    layers = []
+    for inputs, outputs in zip(sizes, sizes[1:]):
+        weight = random.standard_normal((outputs, inputs)) / np.sqrt(inputs)
+        layers.append((weight.astype(np.float32), np.zeros(outputs, np.float32)))
+    layers[-1][0][:] = 0
+    if start is not None:
+        # The first units compute the linear actions; the others do not act yet.
+        (weight, bias), (last, _) = layers
+        count = sizes[-1]
+        weight[:count] = HIDDEN_SCALE * start.layers[0][0]
+        bias[:count] = HIDDEN_SCALE * start.layers[0][1]
+        last[:, :count] = np.eye(count) / HIDDEN_SCALE
+    return layers
 
 
 def _between(ends: tuple[float, float], progress: float) -> float:

@@ -29,12 +29,18 @@ class SettingsError(ValueError):
     """A setting is invalid. The message names it, its value and what is allowed."""
 
 
+def _require(is_allowed: bool, name: str, value: Any, what: str) -> None:
+    if not is_allowed:
+        raise SettingsError(f"{name} = {value!r}: must be {what}")
+
+
 def _number(low: float, high: float, kind: type[float] = float) -> Check:
+    what = "whole number" if kind is int else "number"
+
     def check(name: str, value: Any) -> float:
         is_number = isinstance(value, (int, kind)) and not isinstance(value, bool)
-        if not is_number or not low <= value <= high:
-            what = "whole number" if kind is int else "number"
-            raise SettingsError(f"{name} = {value!r}: must be a {what} from {low} to {high}")
+        is_allowed = is_number and low <= value <= high
+        _require(is_allowed, name, value, f"a {what} from {low} to {high}")
         return kind(value)
 
     return check
@@ -46,10 +52,8 @@ def _whole(low: int, high: int = 2**40) -> Check:
 
 def _pair(low: float, high: float) -> Check:
     def check(name: str, value: Any) -> tuple[float, ...]:
-        if not isinstance(value, (list, tuple)) or len(value) != 2:
-            raise SettingsError(
-                f"{name} = {value!r}: must be two numbers, at the beginning and the end"
-            )
+        is_pair = isinstance(value, (list, tuple)) and len(value) == 2
+        _require(is_pair, name, value, "two numbers, at the beginning and the end")
         return tuple(_number(low, high)(name, each) for each in value)
 
     return check
@@ -57,8 +61,7 @@ def _pair(low: float, high: float) -> Check:
 
 def _one_of(*allowed: str) -> Check:
     def check(name: str, value: Any) -> str:
-        if value not in allowed:
-            raise SettingsError(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
+        _require(value in allowed, name, value, f"one of {', '.join(allowed)}")
         return str(value)
 
     return check
@@ -69,32 +72,27 @@ def _optional(check: Check) -> Check:
 
 
 def _flag(name: str, value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise SettingsError(f"{name} = {value!r}: must be true or false")
-    return value
+    _require(isinstance(value, bool), name, value, "true or false")
+    return bool(value)
 
 
 def _layers(name: str, value: Any) -> tuple[int, ...]:
-    if not isinstance(value, (list, tuple)) or len(value) > 8:
-        raise SettingsError(f"{name} = {value!r}: must be a list of 0 to 8 whole numbers")
+    is_list = isinstance(value, (list, tuple)) and len(value) <= 8
+    _require(is_list, name, value, "a list of 0 to 8 whole numbers")
     return tuple(_whole(1, 4096)(name, size) for size in value)
 
 
 def _mapping(name: str, value: Any) -> dict[Any, Any]:
-    if not isinstance(value, dict):
-        raise SettingsError(f"{name} = {value!r}: must be a mapping")
-    return value
+    _require(isinstance(value, dict), name, value, "a mapping")
+    return dict(value)
 
 
 def _parameters(name: str, value: Any) -> dict[str, Any]:
     for parameter, given in _mapping(name, value).items():
         elements = given if isinstance(given, (list, tuple)) else [given]
-        is_text = isinstance(given, str)
-        if not (is_text or all(isinstance(element, (int, float)) for element in elements)):
-            raise SettingsError(
-                f"{name}: {parameter} = {given!r}: must be true or false, a number, a text or a "
-                "list of numbers"
-            )
+        is_numbers = all(isinstance(element, (int, float)) for element in elements)
+        what = "true or false, a number, a text or a list of numbers"
+        _require(is_numbers or isinstance(given, str), f"{name}: {parameter}", given, what)
     return {str(parameter): given for parameter, given in value.items()}
 
 
@@ -130,14 +128,12 @@ def _changes(name: str, value: Any) -> dict[int, dict[str, Any]]:
 
 
 def _text(name: str, value: Any) -> str:
-    if not isinstance(value, str) or not value:
-        raise SettingsError(f"{name} = {value!r}: must be a text")
-    return value
+    _require(isinstance(value, str) and value != "", name, value, "a text")
+    return str(value)
 
 
 def _stages(name: str, value: Any) -> list[dict[str, Any]]:
-    if not isinstance(value, (list, tuple)):
-        raise SettingsError(f"{name} = {value!r}: must be a list of mappings")
+    _require(isinstance(value, (list, tuple)), name, value, "a list of mappings")
     stages = []
     for index, stage in enumerate(value):
         where = f"{name}: {index + 1}"

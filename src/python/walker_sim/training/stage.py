@@ -15,24 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.commands.policies import shipped_policy
+from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.errors import UnknownKeyword
 from walker_sim.training.curriculum import Curriculum
-from walker_sim.training.evaluation import (
-    FIRST_CHOICE_SEED,
-    Evaluation,
-    Point,
-    draw_curve,
-    read_curve,
-    write_curve,
-)
-from walker_sim.training.policy_file import PolicyFile, to_bytes, write_policy
+from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
+from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes, write_policy
 from walker_sim.training.settings import Settings, write_settings
-from walker_sim.training.start import read_start
 from walker_sim.worlds import World
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
 STATE = "state.json"  # in the checkpoint
 CURVE, PICTURE = "curve.csv", "curve.png"
+FIRST_CHOICE_SEED = 2_000_000
+"""First seed of the episodes that decide which policy is kept. Those of the model cards in
+docs/policies begin at 1000000."""
 FIRST_TRIAL_SEED = 1 << 39
 """Of the episodes that decide whether a curriculum's ranges grow."""
 FIRST_TRAINING_SEED = 1 << 40
@@ -89,7 +86,9 @@ class Stage(ABC):
             _core.Environment(env_id, dict(parameters)).set_world(dict(world))
             curricula.append(Curriculum(env_id, parameters, world, growth) if growth else None)
         self.curriculum = curricula[0]
-        self._evaluation = Evaluation(env_id, self.goal.parameters, num_threads)
+        # With reuse_world an episode would depend on the ones before it.
+        own = {name: value for name, value in self.goal.parameters.items() if name != "reuse_world"}
+        self._evaluator = make_player(env_id, own, num_threads)
         self._trials = 0
         self.num_threads = num_threads
         self._steps_before = 0
@@ -247,7 +246,11 @@ class Stage(ABC):
         if self.settings.start is None and self.index == 0:
             return None
         start = self.settings.start or self.folder / POLICY
-        policy = read_start(start, self.env_id, self.goal.parameters)
+        own = self.env_id if start == "shipped" else start
+        policy = read_policy(shipped_policy(str(own)) if own in _core.ids() else Path(own))
+        _core.Policy.from_bytes("start", to_bytes(policy)).check(
+            self.env_id, dict(self.goal.parameters)
+        )
         policy.env_id, policy.parameters = self.env_id, self.parameter_texts
         return policy
 
@@ -258,8 +261,11 @@ class Stage(ABC):
         first_seed: int,
         episodes: int,
     ) -> NDArray[np.float64]:
+        """Returns the return of each episode, played without exploration."""
         network = _core.Policy.from_bytes(f"after {self.all_steps} steps", to_bytes(policy))
-        return self._evaluation.returns(network, world, first_seed, episodes)
+        jobs = [(0, first_seed + index, 0) for index in range(episodes)]
+        played = play_jobs(self._evaluator, [network], [dict(world)], jobs)
+        return np.array([episode.episode_return for episode in played])
 
     def save_checkpoint(self) -> None:
         """Saves the state for `resume`. The old checkpoint stays until this one is complete."""

@@ -1,42 +1,10 @@
-"""Evaluation of policies during training, on seeds that the training never uses, and the learning
-curve: one point per evaluation, as CSV and as a plot."""
+"""The learning curve: one point per evaluation, as CSV and as a plot."""
 
 from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import Any, Mapping, NamedTuple, Sequence
-
-import numpy as np
-from numpy.typing import NDArray
-
-from walker_sim import _core
-from walker_sim.episode_player import make_player, play_jobs
-
-FIRST_CHOICE_SEED = 2_000_000
-"""First seed of the episodes that decide which policy is kept. Those of the model cards in
-docs/policies begin at 1000000."""
-
-
-class Evaluation:
-    """Plays episodes of policies, many at once."""
-
-    def __init__(self, env_id: str, parameters: Mapping[str, Any], num_threads: int) -> None:
-        # With reuse_world an episode would depend on the ones before it.
-        own = {name: value for name, value in parameters.items() if name != "reuse_world"}
-        self._player = make_player(env_id, own, num_threads)
-
-    def returns(
-        self,
-        network: _core.Policy,
-        world: Mapping[str, tuple[float, float]],
-        first_seed: int,
-        episodes: int,
-    ) -> NDArray[np.float64]:
-        """Returns the return of each episode."""
-        jobs = [(0, first_seed + index, 0) for index in range(episodes)]
-        played = play_jobs(self._player, [network], [dict(world)], jobs)
-        return np.array([episode.episode_return for episode in played])
+from typing import NamedTuple, Sequence
 
 
 class Point(NamedTuple):
@@ -65,12 +33,8 @@ def write_curve(points: Sequence[Point], path: Path) -> None:
 
 def read_curve(path: Path) -> list[Point]:
     with path.open(newline="") as file:
-        rows = list(csv.reader(file))[1:]
-    points = []
-    for steps, *numbers, world in rows:
-        seconds, training, mean, deviation, least = map(float, numbers)
-        points.append(Point(int(steps), seconds, training, mean, deviation, least, world))
-    return points
+        _, *rows = csv.reader(file)
+    return [Point._make([int(row[0]), *map(float, row[1:-1]), row[-1]]) for row in rows]
 
 
 def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
