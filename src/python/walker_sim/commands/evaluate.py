@@ -157,25 +157,29 @@ def _stepped(
     walkers = common.make_walkers(options, env_id, parameters, options.num_envs, len(seeds))
     policies = make_policies(options, env_id, parameters, walkers.specification)
     before = walkers.worlds()  # over ROS they may be the server's own
-    settings = [[world] for world in grid.worlds()] if grid else [before]
-    try:
-        for worlds in settings:
-            walkers.set_world([], worlds)
-    except ValueError as error:
-        raise common.InputError(str(error)) from error
+    worlds = grid.worlds() if grid else before
+    if grid:
+        try:
+            for world in worlds:
+                walkers.set_world([], [world])
+        except ValueError as error:
+            raise common.InputError(str(error)) from error
 
     def play_all(receive: Callable[[Episode], None]) -> None:
-        try:
-            for index, worlds in enumerate(settings):
-                walkers.set_world([], worlds)
-                for episode in play(walkers, seeds, policies):
-                    episode.order += index * len(seeds)
-                    receive(episode)
-        finally:
-            walkers.set_world([], before)
+        if not grid:
+            for episode in play(walkers, seeds, policies):
+                receive(episode)
+        else:
+            try:
+                for index, world in enumerate(worlds):
+                    walkers.set_world([], [world])
+                    for episode in play(walkers, seeds, policies):
+                        episode.order += index * len(seeds)
+                        receive(episode)
+            finally:
+                walkers.set_world([], before)
         walkers.close()
 
-    worlds = grid.worlds() if grid else before
     return _Source(walkers.specification, worlds, walkers.num_envs, play_all)
 
 
