@@ -30,7 +30,6 @@
 #include "base/posix.h"
 #include "base/printable_text.h"
 #include "ros/library_fixes.h"
-#include "ros/listening.h"
 #include "wire/master.h"
 
 namespace walker {
@@ -251,7 +250,6 @@ void check_arguments(const std::vector<std::string>& arguments, const NodeDescri
 
 int run_node(int argc, char** argv, const NodeDescription& node, const std::function<void()>& run) {
   open_standard_descriptors();
-  use_library_fixes();
   const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
   for (const std::string& argument : arguments) {
     if (argument != "--help" && argument != "-h") continue;

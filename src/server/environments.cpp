@@ -9,7 +9,7 @@
 #include <ros/console.h>
 
 #include "base/random.h"
-#include "ros/worlds.h"
+#include "ros/records.h"
 #include "server/topics/commands.h"
 #include "server/topics/converters.h"
 

@@ -11,8 +11,6 @@
 #include "base/printable_text.h"
 #include "ros/records.h"
 #include "ros/throttle.h"
-#include "ros/worlds.h"
-#include "server/topics/pushes.h"
 
 namespace walker {
 namespace {

@@ -1,5 +1,5 @@
 // Worlds between messages and the core's types.
-#include "ros/worlds.h"
+#include "ros/records.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 
 #include "bits.h"
 #include "error_message.h"
-#include "ros/worlds.h"
+#include "ros/records.h"
 #include "server/environments.h"
 #include "walker_sim/registry.h"
 

@@ -21,7 +21,6 @@
 #include "error_message.h"
 #include "walker_sim/client.h"
 #include "wire/channel.h"
-#include "wire/local_address.h"
 
 namespace walker {
 namespace {

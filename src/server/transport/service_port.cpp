@@ -21,7 +21,6 @@
 #include <ros/xmlrpc_manager.h>
 
 #include "base/posix.h"
-#include "wire/local_address.h"
 
 namespace walker {
 namespace {
@@ -31,7 +30,7 @@ constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
 
-/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/listening.cpp).
+/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/library_fixes.cpp).
 /// @return the port that the system has chosen
 std::uint16_t listen_anywhere(int descriptor) {
   const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;

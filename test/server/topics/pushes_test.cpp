@@ -1,4 +1,4 @@
-#include "server/topics/pushes.h"
+#include "server/topics/converters.h"
 
 #include <gtest/gtest.h>
 
