@@ -14,7 +14,6 @@
 #include "base/spin_wait.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
-#include "walker_sim/parameters.h"
 #include "wire/master.h"
 
 namespace walker {

@@ -75,7 +75,6 @@ ros::Subscriber subscribe_checked(
 
 }  // namespace walker
 
-// ---------------------------------------------------------------- roscpp's message traits
 namespace ros {
 namespace message_traits {
 

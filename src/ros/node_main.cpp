@@ -14,10 +14,8 @@
 #include <exception>
 #include <future>
 #include <stdexcept>
-#include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -34,8 +32,6 @@
 
 namespace walker {
 namespace {
-
-// ---------------------------------------------------------------- command line
 
 constexpr const char* kAssignment = ":=";
 // ROS's special keys, without their two leading underscores.
@@ -88,8 +84,6 @@ void check_name(const std::string& argument, const std::string& name) {
   std::string error;
   if (!ros::names::validate(name, error)) refuse(argument, "is not a valid name: " + error);
 }
-
-// ---------------------------------------------------------------- signals
 
 // An unobstructed shutdown takes less. After this time the watching thread probes the master.
 constexpr std::chrono::milliseconds kShutdownTimeout{500};

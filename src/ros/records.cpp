@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "base/parameter_text.h"
 #include "base/printable_text.h"

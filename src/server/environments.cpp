@@ -20,6 +20,11 @@ std::string element(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
+template <typename... Fields>
+void clear(Fields&... fields) {
+  (fields.clear(), ...);
+}
+
 void append(const std::vector<double>& row, std::vector<double>& rows) {
   rows.insert(rows.end(), row.begin(), row.end());
 }
@@ -92,12 +97,8 @@ BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters&
 
 void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
                        walker_sim::ResetBatch::Response& response) {
-  response.observations.clear();
-  response.info.clear();
-  response.status_message.clear();
-  response.failed_environments.clear();
-  response.failures.clear();
-  response.worlds.clear();
+  clear(response.observations, response.info, response.status_message, response.failed_environments,
+        response.failures, response.worlds);
   check(request);
   const std::vector<std::uint32_t>& listed = list_of(request.environments);
   if (!request.worlds.empty()) set_requested(listed, request.worlds);
@@ -177,14 +178,9 @@ void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
 
 void BatchCalls::step(const std::vector<double>& actions,
                       walker_sim::StepBatch::Response& response) {
-  response.failed_environments.clear();
-  response.failed_at_reset.clear();
-  response.failures.clear();
-  response.final_environments.clear();
-  response.final_observations.clear();
-  response.final_info.clear();
-  response.worlds.clear();
-  response.status_message.clear();
+  clear(response.failed_environments, response.failed_at_reset, response.failures,
+        response.final_environments, response.final_observations, response.final_info,
+        response.worlds, response.status_message);
   pool_.step(actions.data(), actions.size(), rows_of(response));
   account(actions, response);
 }

@@ -1,6 +1,5 @@
 #include "server/outputs.h"
 
-#include <cstdint>
 #include <stdexcept>
 #include <utility>
 

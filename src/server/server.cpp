@@ -54,11 +54,17 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   return node;
 }
 
-ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive, Simulation& simulation) {
+ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, const Drive& drive,
+                                     Simulation& simulation) {
   return subscribe_checked<std_msgs::Float64MultiArray>(
       node, "effort_command", 1,
-      [&drive](const auto& message, const auto& agent) {
-        drive.take_command(message->data, agent);
+      [&drive, &simulation](const auto& message, const auto& agent) {
+        if (drive.takes_commands()) {
+          simulation.take_command(message->data, agent);
+        } else {
+          simulation.refuse_command(
+              "effort command: in mode lockstep only ~step drives the walker");
+        }
       },
       [&simulation](const auto& reason) { simulation.refuse_command("effort command: " + reason); },
       ros::TransportHints().tcpNoDelay());

@@ -17,7 +17,7 @@
 #include "server/topics/commands.h"
 #include "server/topics/converters.h"
 #include "server/topics/statistics.h"
-#include "server/transport/pending_answer.h"
+#include "server/transport/waking.h"
 #include "walker_sim/Restore.h"
 #include "walker_sim/StepMany.h"
 

@@ -14,8 +14,8 @@ namespace walker {
 
 struct SharedRing;
 
-/// Address of the local socket beside a TCP port, which shares memory. The name is
-/// in Linux's abstract namespace, so that it ends with its socket and needs no file.
+/// Address of the local socket beside a TCP port, which shares memory. The name is in Linux's
+/// abstract namespace, so that it ends with its socket and needs no file.
 class LocalAddress {
  public:
   explicit LocalAddress(std::uint16_t port) {

@@ -6,11 +6,8 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <functional>
 #include <limits>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "allocation_counter.h"
 #include "base/posix.h"

@@ -3,16 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "base/limits.h"
 #include "client/scripted_walker.h"
 #include "error_message.h"
 

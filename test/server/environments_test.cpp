@@ -6,13 +6,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "allocation_counter.h"
 #include "base/random.h"

@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <stdexcept>
-#include <string>
 #include <thread>
 #include <utility>
 

@@ -12,15 +12,11 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
-#include <functional>
 #include <future>
-#include <string>
 
 #include "client/scripted_server.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
-#include "wire/channel.h"
 
 namespace walker {
 namespace {

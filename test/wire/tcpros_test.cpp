@@ -3,12 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdint>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 #include "error_message.h"
 
 namespace walker::tcpros {

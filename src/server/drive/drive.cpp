@@ -23,9 +23,6 @@ class LockstepDrive : public Drive {
  public:
   using Drive::Drive;
 
-  void take_command(const std::vector<double>& /*efforts*/, const std::string& /*agent*/) override {
-    simulation_.refuse_command("effort command: in mode lockstep only ~step drives the walker");
-  }
   bool takes_commands() const override { return false; }
   void set_real_time_factor(double /*factor*/) override {
     throw std::logic_error(
@@ -73,9 +70,6 @@ class RunningDrive : public Drive {
                                           : ": the episode has ended, and ~reset begins the next"));
   }
 
-  void take_command(const std::vector<double>& efforts, const std::string& agent) override {
-    simulation_.take_command(efforts, agent);
-  }
   bool takes_commands() const override { return true; }
 
   std::string pause() override {

@@ -23,8 +23,11 @@ namespace walker {
 
 // Every `header` has the odometry frame and the stamp.
 
-/// A marker with all fields that rviz requires: identity pose, unit scale, opaque white.
-visualization_msgs::Marker make_marker(const std_msgs::Header& header, const char* name, int type);
+/// A marker with all fields that rviz requires, at the identity pose.
+/// @param scale width of lines, diameter of spheres or height of text [m]; 1: triangles
+/// @param color of what has no colour of its own
+visualization_msgs::Marker make_marker(const std_msgs::Header& header, const char* name, int type,
+                                       double scale = 1, const Color& color = {1, 1, 1, 1});
 
 /// A marker that deletes the marker of this name.
 visualization_msgs::Marker deletion(const std_msgs::Header& header, const char* name);

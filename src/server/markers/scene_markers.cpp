@@ -12,7 +12,6 @@ namespace {
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
-// ---------------------------------------------------------------- plane shapes with depth
 // rviz draws coloured vertices unlit, so every shade is chosen here.
 
 /// A point of the world's x,z plane [m].
@@ -112,8 +111,6 @@ void add_face(const Outline& outline, double y, const std::vector<Color>& colors
                  {colors[0], colors[i], colors[i + 1]}, triangles);
   }
 }
-
-// ---------------------------------------------------------------- the scene
 
 // The world is the plane y = 0, seen from -y. These depths are only visual [m].
 constexpr Depth kGroundDepth{-2, 2};
@@ -298,8 +295,7 @@ MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
   array.markers.back().action = Marker::DELETEALL;
   append_if_any(ground_marker(scene, header), array);
   Marker obstacles = make_marker(header, "obstacles", Marker::TRIANGLE_LIST);
-  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST);
-  outlines.scale.x = kOutlineWidth;
+  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST, kOutlineWidth);
   for (const ScenePolygon& obstacle : scene.obstacles) {
     if (is_drawable(obstacle.points)) add_obstacle(obstacle, obstacles, outlines);
   }
@@ -307,8 +303,7 @@ MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
   append_if_any(outlines, array);
   append_if_any(cloud_marker(scene, header), array);
   Marker flags = make_marker(header, "flags", Marker::TRIANGLE_LIST);
-  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST);
-  poles.scale.x = kPoleWidth;
+  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST, kPoleWidth);
   for (const Flag& flag : scene.flags) {
     if (is_finite({flag.x, flag.z}) && std::isfinite(flag.height)) add_flag(flag, flags, poles);
   }

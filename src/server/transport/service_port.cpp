@@ -2,12 +2,10 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
@@ -34,17 +32,14 @@ constexpr int kProbes = 9;
 /// @return the port that the system has chosen
 std::uint16_t listen_anywhere(int descriptor) {
   const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;
-  sockaddr_in ipv4{};
-  ipv4.sin_family = AF_INET;
-  sockaddr_in6 ipv6{};
-  ipv6.sin6_family = AF_INET6;
-  auto* const address =
-      is_ipv6 ? reinterpret_cast<sockaddr*>(&ipv6) : reinterpret_cast<sockaddr*>(&ipv4);
-  socklen_t size = is_ipv6 ? sizeof(ipv6) : sizeof(ipv4);
+  sockaddr_in6 any{};  // a sockaddr_in has its port in the same place
+  any.sin6_family = is_ipv6 ? AF_INET6 : AF_INET;
+  auto* const address = reinterpret_cast<sockaddr*>(&any);
+  socklen_t size = is_ipv6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
   checked(bind(descriptor, address, size), "service port: bind");
   checked(listen(descriptor, SOMAXCONN), "service port: listen");
   checked(getsockname(descriptor, address, &size), "service port: getsockname");
-  return ntohs(is_ipv6 ? ipv6.sin6_port : ipv4.sin_port);
+  return ntohs(any.sin6_port);
 }
 
 int make_socket(int family) {

@@ -17,7 +17,6 @@
 
 #include "base/spin_wait.h"
 #include "ros/checked_stream.h"
-#include "server/transport/pending_answer.h"
 #include "server/transport/service_session.h"
 #include "server/transport/waking.h"
 

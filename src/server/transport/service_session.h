@@ -10,7 +10,7 @@
 #include <string>
 
 #include "ros/throttle.h"
-#include "server/transport/pending_answer.h"
+#include "server/transport/waking.h"
 #include "wire/channel.h"
 #include "wire/tcpros.h"
 

@@ -4,14 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <condition_variable>
-#include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "error_message.h"
