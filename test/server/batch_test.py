@@ -11,7 +11,6 @@ from server_harness import (
     STATE_VALUES,
     ServerTest,
     bits,
-    first_stamp,
     nanoseconds,
     same_experience,
 )
@@ -73,8 +72,6 @@ class BatchTest(ServerTest):
                 return reply
         self.fail("the walker never fell")
 
-    # ------------------------------------------------------------ modes and resets
-
     def test_specification_has_number_and_mode(self):
         for mode in MODES:
             self.serve(num_envs=3, autoreset_mode=mode)
@@ -105,8 +102,6 @@ class BatchTest(ServerTest):
         first = self.step(ZERO)
         self.assertEqual(self.step(ZERO).steps[0], first.steps[0] + 1)
         self.assertEqual(self.reset(seeds=[5]).observations, self.reset([0], [5]).observations)
-
-    # ------------------------------------------------------------ time and topics
 
     def test_every_call_advances_the_clock_by_dt(self):
         self.serve(num_envs=3, shown_environment=1)
@@ -167,7 +162,7 @@ class BatchTest(ServerTest):
             recorders["/tf"].at(nanoseconds(state))
         recorders.pop("/clock")  # a new subscription repeats the time
         for topic, recorder in recorders.items():
-            stamps = [first_stamp(message) for message in recorder.messages()]
+            stamps = recorder.stamps()
             self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), topic)
         self.compare_episodes(episodes, published)
         scenes.wait_count(sum(state.step == 0 for state in published))
@@ -259,8 +254,6 @@ class BatchTest(ServerTest):
         following = self.step(FALL)
         self.assertEqual((following.steps[0], following.rewards[0]), (0, 0))
         self.assert_consecutive(transitions.wait_count(2 * len(undisturbed) + 1))
-
-    # ------------------------------------------------------------ errors and large batches
 
     def test_engine_failure_in_another_environment_is_counted_and_logged(self):
         self.serve(

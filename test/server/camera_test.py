@@ -64,19 +64,13 @@ class CameraTest(ServerTest):
 
     def advance(self, steps=1):
         """Steps, and checks that no other client has. Returns the new stamp [ns]."""
-        for _ in range(steps):
-            reply = self.step(action=self.action)
-            self.assertTrue(reply.success, reply.status_message)
-            self.assertEqual(reply.transition.step, self.last.step + 1)
-            self.last = reply.transition
+        self.assert_serves(steps, self.action)
         return nanoseconds(self.last)
 
     def picture(self, *names, values=(), **fields):
         reply = self.render(parameter_names=names, parameter_values=values, **fields)
         self.assertEqual((reply.success, reply.status_message), (True, ""))
         return reply.image
-
-    # ------------------------------------------------------------ topics
 
     def watch(self):
         """Subscribes, and waits for the first picture."""
@@ -159,8 +153,6 @@ class CameraTest(ServerTest):
         )
         self.assertEqual(transform.transforms[0].header.frame_id, "port/odom")
 
-    # ------------------------------------------------------------ Walker2d's perspective camera
-
     def transform(self, child, stamp):
         message = self.transforms.wait(
             lambda m: (
@@ -216,8 +208,6 @@ class CameraTest(ServerTest):
         reply = self.render()
         self.assertFalse(reply.success)
         self.assertIn("nowhere", reply.status_message)
-
-    # ------------------------------------------------------------ ~render
 
     def test_render_draws_the_current_state(self):
         self.lockstep()

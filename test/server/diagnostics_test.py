@@ -60,8 +60,6 @@ class DiagnosticsTest(ServerTest):
         self.diagnostics.clear()
         return self.report_so_far(task, condition, what)
 
-    # ------------------------------------------------------------ keys and states
-
     def test_keys_are_the_same_in_either_mode(self):
         for mode in ("free", "lockstep"):
             self.serve(mode=mode)
@@ -104,8 +102,6 @@ class DiagnosticsTest(ServerTest):
         commands = self.report("commands")
         self.assertRegex(commands.values["effort_command"], "refused")
 
-    # ------------------------------------------------------------ pace
-
     def test_jitter_and_step_time_of_a_paced_simulation(self):
         self.serve(diagnostic_period=0.5)
         pace = self.report("pace", lambda r: r.values["jitter_p50_us"] != "-", "jitter")
@@ -145,8 +141,6 @@ class DiagnosticsTest(ServerTest):
         # The first report after the change still includes earlier misses.
         fine = self.report("pace", lambda r: r.level == OK, "that it keeps up")
         self.assertEqual(fine.values["real_time_factor_wanted"], "0.5")
-
-    # ------------------------------------------------------------ commands
 
     def test_state_of_the_effort_command(self):
         self.serve(command_timeout=0.3)
@@ -253,8 +247,6 @@ class DiagnosticsTest(ServerTest):
         mine(**actions)
         calm = self.report("commands", lambda r: r.level == OK, "the end of the warning")
         self.assertEqual(calm.values["contested_steps"], "1")
-
-    # ------------------------------------------------------------ failures and episodes
 
     def test_failed_simulation_is_an_error_until_the_reset(self):
         self.serve(

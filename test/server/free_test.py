@@ -118,11 +118,8 @@ class FreeTest(TransitionsTest):
                     self.transitions.wait_count(count)
                     self.call("pause")
                 run += self.transitions.messages()
-                self.assertEqual(len(run), len(stepped))
-                self.assertTrue(all(map(same_experience, run, stepped)), (env, factor))
+                self.assert_same_experiences(run, stepped)
             self.server.stop()
-
-    # ------------------------------------------------------------ effort commands
 
     def drive(self, efforts):
         """Begins an episode under this command from its first step. Returns the publisher."""
@@ -269,8 +266,7 @@ class FreeTest(TransitionsTest):
                 self.drive_by(command, Float64MultiArray(data=[effort * a for a in action]))
                 self.transitions.wait(lambda m, a=action: m.step > 5 and list(m.action) == a)
             again = self.begin_without_command()
-            self.assertEqual(len(again), len(fresh))
-            self.assertTrue(all(map(same_experience, again, fresh)), parameters)
+            self.assert_same_experiences(again, fresh)
             self.server.stop()
 
     def test_invalid_message_is_refused_without_allocating(self):

@@ -16,6 +16,7 @@ from server_harness import (
     bits,
     nanoseconds,
     same_experience,
+    statuses,
 )
 from walker_sim.msg import Episode, Transition
 
@@ -164,7 +165,7 @@ class Walker2dTest(TransitionsTest):
 
     def simulation_reports(self):
         messages = self.record("/diagnostics", DiagnosticArray).wait_count(3)
-        return [s.message for m in messages for s in m.status if s.name.endswith("simulation")]
+        return [s.message for m in messages for s in statuses(m, "simulation")]
 
     def test_failed_reset_is_published_and_the_next_succeeds(self):
         cramped = self.cramped_walker()
@@ -198,7 +199,7 @@ class Walker2dTest(TransitionsTest):
         self.serve(mode="lockstep", **cramped)
         fresh = [self.call("reset", has_seed=True, seed=seed).transition]
         fresh += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
-        self.assertTrue(all(map(same_experience, experience, fresh)))
+        self.assert_same_experiences(experience, fresh)
 
     def test_failed_resets_are_retried_once_a_second(self):
         cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of all resets fail

@@ -18,11 +18,8 @@
 #include "error_message.h"
 #include "walker_sim/client.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Peer;
-using test::ScriptedServer;
 
 constexpr std::chrono::seconds kHang{10};  // only a failure takes this long
 
@@ -247,4 +244,4 @@ TEST(Socket, ChecksForSignalsPeriodically) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

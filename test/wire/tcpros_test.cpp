@@ -69,8 +69,6 @@ TEST(MessageReader, DoesNotAdvanceInATruncatedText) {
   }
 }
 
-// ---------------------------------------------------------------- connection headers
-
 Bytes bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
 
 std::string refusal(const std::string& header) {

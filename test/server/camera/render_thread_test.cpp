@@ -9,10 +9,8 @@
 
 #include "server/gate.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Gate;
 
 /// State that the renderers of a test share.
 struct Shared {
@@ -84,7 +82,7 @@ class RenderThreadTest : public testing::Test {
   using Texts = std::vector<std::string>;
 
   Shared shared_;
-  test::Mailbox outcomes_;
+  Mailbox outcomes_;
   std::unique_ptr<RenderThread> thread_;
 };
 
@@ -191,4 +189,4 @@ TEST_F(RenderThreadTest, FinishesTheRunningJobWhenDestroyed) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

@@ -12,10 +12,8 @@
 #include "error_message.h"
 #include "server/gate.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Gate;
 
 constexpr std::uint64_t kSecond = 1'000'000'000;
 constexpr std::uint64_t kBegin = 100 * kSecond;
@@ -227,4 +225,4 @@ TEST(ReservedUntil, RejectsOtherValues) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test
