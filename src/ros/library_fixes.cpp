@@ -94,11 +94,6 @@ bool is_loopback_only() {
   return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
 }
 
-template <typename Address>
-int bind_to(int descriptor, const Address& address) {
-  return static_cast<int>(syscall(SYS_bind, descriptor, &address, sizeof(address)));
-}
-
 }  // namespace
 
 std::string listening_addresses() {
@@ -165,21 +160,18 @@ void XmlRpcServerConnection::executeRequest() {
 // NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): those there are reserved
 extern "C" __attribute__((visibility("default"))) int bind(int descriptor, const sockaddr* address,
                                                            socklen_t size) noexcept {
+  union {
+    sockaddr_in6 ipv6;
+    sockaddr_in ipv4;
+  } copy{};
   if (walker::is_loopback_only()) {
-    sockaddr_in ipv4{};
-    sockaddr_in6 ipv6{};
-    if (address->sa_family == AF_INET && size >= sizeof(ipv4)) {
-      std::memcpy(&ipv4, address, sizeof(ipv4));
-      if (ipv4.sin_addr.s_addr == htonl(INADDR_ANY)) {
-        ipv4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-        return walker::bind_to(descriptor, ipv4);
-      }
-    } else if (address->sa_family == AF_INET6 && size >= sizeof(ipv6)) {
-      std::memcpy(&ipv6, address, sizeof(ipv6));
-      if (IN6_IS_ADDR_UNSPECIFIED(&ipv6.sin6_addr)) {
-        ipv6.sin6_addr = in6addr_loopback;
-        return walker::bind_to(descriptor, ipv6);
-      }
+    std::memcpy(&copy, address, std::min<std::size_t>(size, sizeof(copy)));
+    if (address->sa_family == AF_INET && copy.ipv4.sin_addr.s_addr == htonl(INADDR_ANY)) {
+      copy.ipv4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      address = reinterpret_cast<const sockaddr*>(&copy);
+    } else if (address->sa_family == AF_INET6 && IN6_IS_ADDR_UNSPECIFIED(&copy.ipv6.sin6_addr)) {
+      copy.ipv6.sin6_addr = in6addr_loopback;
+      address = reinterpret_cast<const sockaddr*>(&copy);
     }
   }
   return static_cast<int>(syscall(SYS_bind, descriptor, address, size));

@@ -99,8 +99,15 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
                        walker_sim::ResetBatch::Response& response) {
   clear(response.observations, response.info, response.status_message, response.failed_environments,
         response.failures, response.worlds);
-  check(request);
+  check_list(request.environments);
   const std::vector<std::uint32_t>& listed = list_of(request.environments);
+  const std::size_t seeds = request.seeds.size();
+  if (request.has_seed.size() != seeds || (seeds != 0 && seeds != listed.size())) {
+    throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
+                                " values and seeds " + std::to_string(seeds) +
+                                "; both must be empty or have " + std::to_string(listed.size()) +
+                                ", one per environment to reset");
+  }
   if (!request.worlds.empty()) set_requested(listed, request.worlds);
   pool_.reset(listed, seeds_of(request), {});
   counters_.resets += listed.size();
@@ -161,18 +168,6 @@ void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {
                                   "; is listed before, and each may be listed once");
     }
     is_listed[listed[i]] = true;
-  }
-}
-
-void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
-  check_list(request.environments);
-  const std::size_t count = list_of(request.environments).size();
-  const std::size_t seeds = request.seeds.size();
-  if (request.has_seed.size() != seeds || (seeds != 0 && seeds != count)) {
-    throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
-                                " values and seeds " + std::to_string(seeds) +
-                                "; both must be empty or have " + std::to_string(count) +
-                                ", one per environment to reset");
   }
 }
 

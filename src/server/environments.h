@@ -63,7 +63,6 @@ class BatchCalls {
   }
   const std::vector<std::uint32_t>& list_of(const std::vector<std::uint32_t>& environments) const;
   void check_list(const std::vector<std::uint32_t>& listed) const;
-  void check(const walker_sim::ResetBatch::Request& request) const;
   void set_requested(const std::vector<std::uint32_t>& listed,
                      const std::vector<walker_sim::World>& worlds);
   Batch rows_of(walker_sim::StepBatch::Response& response) const;

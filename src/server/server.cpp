@@ -18,7 +18,7 @@
 
 #include "base/limits.h"
 #include "base/printable_text.h"
-#include "ros/checked_subscription.h"
+#include "ros/checked_message.h"
 #include "ros/library_fixes.h"
 #include "ros/records.h"
 #include "ros/throttle.h"

@@ -77,11 +77,9 @@ class BatchTest(ServerTest):
             self.serve(num_envs=3, autoreset_mode=mode)
             spec = self.call("get_spec").spec
             self.assertEqual((spec.num_envs, spec.autoreset_mode), (3, mode))
-            self.server.stop()
         for auto_reset, mode in ((True, "next_step"), (False, "disabled")):
             self.serve(mode="free", auto_reset=auto_reset, autoreset_mode="same_step")
             self.assertEqual(self.call("get_spec").spec.autoreset_mode, mode)
-            self.server.stop()
 
     def test_first_reset_uses_the_server_s_seed_plus_the_index(self):
         largest = 2**64 - 1
@@ -124,11 +122,8 @@ class BatchTest(ServerTest):
     def test_topics_show_the_shown_environment(self):
         for mode in MODES:
             with self.subTest(mode=mode):
-                server = self.serve(num_envs=3, shown_environment=1, autoreset_mode=mode)
-                try:
-                    self.compare_topics(mode)
-                finally:
-                    server.stop()
+                self.serve(num_envs=3, shown_environment=1, autoreset_mode=mode)
+                self.compare_topics(mode)
 
     def compare_topics(self, mode):
         recorders = {topic: self.record(topic, kind) for topic, kind in STATE_TOPICS.items()}
@@ -225,7 +220,6 @@ class BatchTest(ServerTest):
         self.assertRegex(ended.episode.end_reason, "^terminated: .+")
         self.assertEqual(abandoned.episode.end_reason, "reset before its end")
         self.assertEqual((abandoned.episode.episode, abandoned.episode.length), (2, state.step))
-        self.server.stop()
         self.serve(publish_clock=False)
         restored = self.ask("restore", record=abandoned)
         self.assertTrue(same_experience(restored.transition, state))
@@ -288,7 +282,6 @@ class BatchTest(ServerTest):
         failed = [not self.clients["reset"](has_seed=True, seed=seed).success for seed in seeds]
         bad = failed.index(True)
         good = [seed for seed in seeds if not failed[seed]]
-        self.server.stop()
         self.serve(**cramped, num_envs=3, shown_environment=1)
         undisturbed = self.play_cramped(good[:3])
         transitions = self.record("/transition", Transition)

@@ -122,7 +122,6 @@ class CameraTest(ServerTest):
             stamps = [nanoseconds(image) for image in self.images.messages()]
             self.assertEqual([stamp for stamp in stamps if stamp > begin], due, f"rate {rate}")
             self.assertAlmostEqual(len(due), 30 / periods, delta=1)
-            self.server.stop()
 
     def test_topic_has_the_picture_of_render(self):
         self.lockstep(camera_rate=0.0, camera_width=90, camera_height=60)
@@ -188,7 +187,6 @@ class CameraTest(ServerTest):
                 beside = min(size[0] - 1, column + round(0.6 * info.K[0] / 4))
                 other = hue(image, beside, row)
                 self.assertTrue(other is None or abs(other - SKIN) > 0.05, (beside, row))
-            self.server.stop()
 
     def test_parameters_of_a_request_move_the_camera(self):
         self.lockstep("Walker2d-v5")
@@ -283,5 +281,4 @@ class CameraTest(ServerTest):
                     if is_watched:
                         self.assertTrue(self.picture().data)
                 episodes.append([bits([*state.observation, state.reward]) for state in states])
-                self.server.stop()
             self.assertEqual(*episodes)

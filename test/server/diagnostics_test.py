@@ -74,7 +74,6 @@ class DiagnosticsTest(ServerTest):
             self.assertEqual(values["mode"], mode)
             (message,) = self.diagnostics.messages()[-1:]
             self.assertEqual({status.hardware_id for status in message.status}, {spec.id})
-            self.server.stop()
 
     def test_simulation_has_the_state(self):
         self.serve(auto_reset=False, max_episode_steps=40, real_time_factor=2.0)

@@ -20,10 +20,7 @@ SERVERS = [
         "Walker2d-v5",
         28,
         6,
-        {
-            "include_lidar_in_observation": True,
-            "exclude_current_positions_from_observation": False,
-        },
+        {"include_lidar_in_observation": True, "exclude_current_positions_from_observation": False},
     ),
     ("Hopper-v5", 11, 3, {}),
 ]

@@ -52,7 +52,6 @@ class FreeTest(TransitionsTest):
             self.call("reset", has_seed=True, seed=episode.seed)
             again = self.call("step", action=ZERO).transition
             self.assertEqual(bits(again.observation), bits(first.observation))
-            self.server.stop()
         self.assertEqual(seeds[:2], [2**64 - 1, 0])
         self.assertNotEqual(*seeds[2:], "drawn seeds differ")
 
@@ -119,7 +118,6 @@ class FreeTest(TransitionsTest):
                     self.call("pause")
                 run += self.transitions.messages()
                 self.assert_same_experiences(run, stepped)
-            self.server.stop()
 
     def drive(self, efforts):
         """Begins an episode under this command from its first step. Returns the publisher."""
@@ -163,7 +161,6 @@ class FreeTest(TransitionsTest):
             self.assertIn(len(driven), (24, 25, 26))
             after = self.transitions.at(nanoseconds(driven[-1]) + DT)
             self.assertEqual(list(after.action), ZERO)
-            self.server.stop()
 
     def test_new_command_renews_the_timeout(self):
         self.serve(command_timeout=2.0)
@@ -228,7 +225,6 @@ class FreeTest(TransitionsTest):
             after = [m for m in self.transitions.messages() if m.step > first.step]
             self.assertTrue(all(any(m.action) for m in after if m.episode == first.episode))
             self.assertEqual(self.counter("timeouts"), 0)
-            self.server.stop()
 
     def test_reset_and_autoreset_clear_the_held_command(self):
         self.serve(command_timeout=0.0, real_time_factor=2.0, max_episode_steps=60)
@@ -267,7 +263,6 @@ class FreeTest(TransitionsTest):
                 self.transitions.wait(lambda m, a=action: m.step > 5 and list(m.action) == a)
             again = self.begin_without_command()
             self.assert_same_experiences(again, fresh)
-            self.server.stop()
 
     def test_invalid_message_is_refused_without_allocating(self):
         """roscpp's own deserializers would allocate the claimed number of elements first."""

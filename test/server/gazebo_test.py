@@ -116,10 +116,8 @@ class GazeboTest(TransitionsTest):
         self.assertFalse(self.get().pause)
         self.assertEqual(self.get().ode_config, type(self.get().ode_config)(), "zeros")
         self.assertEqual(self.get().status_message, "ode_config means nothing to Box2D")
-        self.server.stop()
         self.serve(env="Walker2d-v5", real_time_factor=0.0)
         self.assertEqual(self.properties(), (0.008, 0.0, (0.0, 0.0, -9.81)))
-        self.server.stop()
         self.serve(mode="lockstep")
         self.assertEqual(self.properties()[:2], (0.02, 0.0))
         self.assertTrue(self.get().pause, "lock-step counts as paused")
@@ -148,7 +146,6 @@ class GazeboTest(TransitionsTest):
             reply = self.set(*before)
             self.assertTrue(reply.success, reply.status_message)
             self.assertEqual(self.properties(), before)
-            self.server.stop()
 
     def test_update_rate_sets_the_pace(self):
         self.serve()

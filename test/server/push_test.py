@@ -102,7 +102,6 @@ class PushTest(ServerTest):
                 self.assertEqual(self.ask("snapshot").record.pushes, [])
                 record.pushes[0].force_x += 1
                 self.assertIn("checksum", self.call("restore", record=record).status_message)
-                self.server.stop()
 
     def test_free_running(self):
         self.serve(paused=True, seed="3")
@@ -143,7 +142,6 @@ class PushTest(ServerTest):
                     status, text, _ = run_program("replay", bag)
                     self.assertEqual(status, 0, text)
                     self.assertIn("1 episode equal to the bit (4 steps)", text)
-                    self.server.stop()
 
     def test_several_environments(self):
         self.serve(mode="lockstep", num_envs=3, shown_environment=1)

@@ -265,7 +265,6 @@ class RecordsTest(ServerTest):
         self.serve(mode="lockstep")
         self.ask("reset", has_seed=True, seed=1)
         record = self.ask("snapshot").record
-        self.server.stop()
         self.serve(mode="lockstep", reuse_world=True)
         self.ask("reset", has_seed=True, seed=1)
         for name, fields in (("snapshot", {}), ("restore", {"record": record})):

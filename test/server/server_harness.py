@@ -355,6 +355,7 @@ class ServerTest(unittest.TestCase):
     """Starts servers, and ends them after the test."""
 
     dt = DT  # of the environment [ns]
+    server = None
 
     @contextlib.contextmanager
     def subTest(self, message="", **parameters):
@@ -372,7 +373,9 @@ class ServerTest(unittest.TestCase):
         return server
 
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
-        """Starts a server, to which `client` and `call` then refer."""
+        """Starts a server, to which `client` and `call` then refer; first ends its namesake."""
+        if self.server and self.server.name == name:
+            self.server.stop()
         parameters.setdefault("diagnostic_period", 0.05)
         self.server = self.start(name, master_uri, **parameters)
         return self.server.wait_until_it_serves()

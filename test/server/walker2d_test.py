@@ -137,7 +137,6 @@ class Walker2dTest(TransitionsTest):
         failing = {"mode": "lockstep", "terminate_when_unhealthy": False}
         self.serve(reset_noise_scale=1e6, **failing)
         self.assert_engine_failure_ends_the_episode()
-        self.server.stop()
         unstable = self.model_file(
             ('timestep="0.002" integrator="RK4"', 'timestep="0.5" integrator="Euler"')
         )
@@ -195,7 +194,6 @@ class Walker2dTest(TransitionsTest):
         experience += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
         for recorder in recorders:
             recorder.wait()
-        self.server.stop()
         self.serve(mode="lockstep", **cramped)
         fresh = [self.call("reset", has_seed=True, seed=seed).transition]
         fresh += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
@@ -205,7 +203,6 @@ class Walker2dTest(TransitionsTest):
         cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of all resets fail
         self.serve(**cramped, paused=True)
         seed = self.find_failures(4)
-        self.server.stop()
         self.serve(**cramped, seed=str(seed), real_time_factor=0.0, max_episode_steps=50)
         self.transitions.wait(lambda m: m.episode == 2, "the second attempt")
         begin, used = time.monotonic(), self.server.processor_time()
@@ -232,7 +229,6 @@ class Walker2dTest(TransitionsTest):
         cramped = self.cramped_walker()
         self.serve(**cramped, paused=True)
         good, bad = self.sort_seeds()
-        self.server.stop()
         self.serve(**cramped, seed=str(bad[0]), auto_reset=False)
         episode = self.record("/episode", Episode).wait()
         self.assertEqual(episode.end_reason, "terminated: the simulation failed at its reset")

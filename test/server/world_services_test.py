@@ -136,7 +136,6 @@ class WorldServicesTest(ServerTest):
                 published = records.wait()
                 for message in (record, published):
                     self.assertEqual(str(message.episode.world), str(begun.world))
-                self.server.stop()
 
                 self.serve(mode="lockstep", env=identifier, world="{gravity: -20}")
                 restored = self.ask("restore", record=record)
@@ -150,7 +149,6 @@ class WorldServicesTest(ServerTest):
                 self.assertTrue(same_experience(numbers.transition, begun.transition))
                 self.assertTrue(same_experience(self.walk(5, size)[-1], present))
                 self.assert_same_experiences(self.walk(300, size, 2), future)
-                self.server.stop()
 
     def test_refusals_change_nothing(self):
         self.serve(mode="lockstep", world="{gravity: -4}")
@@ -229,7 +227,6 @@ class WorldServicesTest(ServerTest):
                 reply.worlds
             )
         self.assertEqual(resets[0], (31, 0, 2), resets)
-        self.server.stop()
         for environment, seed in enumerate((7, 8, 9)):
             self.serve(mode="lockstep", max_episode_steps=30)
             begun = self.reset(seed, worlds[environment])
@@ -243,7 +240,6 @@ class WorldServicesTest(ServerTest):
             for state, row in zip(states, rows):
                 part = row[environment * 24 : environment * 24 + 24]
                 self.assertEqual(bits(state.observation), bits(part))
-            self.server.stop()
 
     def test_stamps_of_a_delayed_world_are_those_of_the_measurements(self):
         self.serve(mode="lockstep", world="{observation_delay: 0.06, dropout: 0.2}")

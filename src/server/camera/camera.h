@@ -96,7 +96,7 @@ class ServerCamera {
   const RenderThread& thread() const { return thread_; }
 
  private:
-  void log_failure(const std::string& why) const;
+  void log_failure(Throttle& throttle, const std::string& why) const;
 
   Pool& pool_;
   Episode& shown_;

@@ -20,6 +20,11 @@
 namespace walker {
 namespace {
 
+/// Names a frame as robot_state_publisher does.
+std::string prefixed(const std::string& tf_prefix, const std::string& frame) {
+  return tf_prefix.empty() ? frame : tf_prefix + "/" + frame;
+}
+
 void stamp_header(ros::Time stamp, const std::string& frame, std_msgs::Header& header) {
   header.stamp = stamp;
   header.frame_id = frame;

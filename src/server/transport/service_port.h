@@ -16,7 +16,7 @@
 #include <ros/service_traits.h>
 
 #include "base/spin_wait.h"
-#include "ros/checked_stream.h"
+#include "ros/checked_message.h"
 #include "server/transport/service_session.h"
 #include "server/transport/waking.h"
 
