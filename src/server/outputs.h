@@ -75,7 +75,6 @@ class Outputs {
 
   void publish_state(ros::Time stamp);
   void publish_measurements();
-  void begin_stamps();
   void publish_episode(ros::Time stamp);
   ros::Publisher advertise_records(ros::NodeHandle& node);
   void publish_record(ros::Time stamp);

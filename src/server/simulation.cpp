@@ -178,22 +178,18 @@ void Simulation::take_command(const std::vector<double>& efforts, const std::str
   try {
     const bool takes_a_place = command_.state() == EffortCommand::State::held;
     command_.set(efforts, clock_.now().toNSec());
-    if (takes_a_place) record_commanding(agent);
-    commanding_agent_ = agent;
     count_if_clamped(command_.action());
+    const std::string before = std::exchange(commanding_agent_, agent);
+    if (!takes_a_place || agent == before) return;
+    ++counters_.contested_commands;
+    static Throttle throttle;
+    if (!throttle.passes()) return;
+    ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
+                    << agent << " replaces that of " << before << " ("
+                    << counters_.contested_commands << " such commands so far)");
   } catch (const std::exception& error) {
     refuse_command(error.what());
   }
-}
-
-void Simulation::record_commanding(const std::string& agent) {
-  if (agent == commanding_agent_) return;
-  ++counters_.contested_commands;
-  static Throttle throttle;
-  if (!throttle.passes()) return;
-  ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
-                  << agent << " replaces that of " << commanding_agent_ << " ("
-                  << counters_.contested_commands << " such commands so far)");
 }
 
 void Simulation::record_stepping(const std::string& agent) {

@@ -80,7 +80,6 @@ class Simulation {
   void change_worlds(const Change& change);
   const EpisodeState& make_step(const std::vector<double>& action);
   void count_if_clamped(const std::vector<double>& action);
-  void record_commanding(const std::string& agent);
 
   ServerOptions options_;
   Pool& pool_;

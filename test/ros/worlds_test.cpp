@@ -45,15 +45,6 @@ TEST(WorldMessages, PresetIsNoFile) {
   }
 }
 
-TEST(WorldMessages, RepeatedParameterIsRefused) {
-  walker_sim::World message;
-  message.parameters = {parameter("gravity", -3, -2), parameter("gravity", -3, -2)};
-  EXPECT_EQ(message_of<std::invalid_argument>([&] { to_world(message); }),
-            "world parameter gravity is given twice");
-  EXPECT_EQ(message_of<std::invalid_argument>([&] { to_values(message.parameters); }),
-            "world parameter gravity is given twice");
-}
-
 TEST(WorldMessages, DrawnValuesAreNumbers) {
   EXPECT_EQ(to_values({parameter("gravity", -3, -3)}), (WorldValues{{"gravity", -3}}));
   for (const double high : {-2.0, std::nan("")}) {

@@ -8,7 +8,6 @@ from server_harness import (
     DT,
     STATE_TOPICS,
     ServerTest,
-    bits,
     nanoseconds,
     random_actions,
     same_experience,
@@ -95,18 +94,6 @@ class WorldServicesTest(ServerTest):
 
     def walk_rest(self, begin, end):
         return self.play(random_actions(4, end)[begin:])
-
-    def test_world_of_a_reset_holds_for_the_following(self):
-        self.serve(mode="lockstep", world="slippery")
-        slippery = values_of(self.reset().world)
-        self.assertEqual(list(slippery), ["friction_scale"])
-        moon = world("moon", push_interval=0.5)
-        for wanted in (moon, None, None):
-            self.assertEqual(
-                values_of(self.reset(wanted=wanted).world), {"gravity": -1.62, "push_interval": 0.5}
-            )
-        self.assertEqual(self.reset(wanted=world("gymnasium")).world, [])
-        self.assertEqual(self.reset().world, [])
 
     def test_free_running_server_keeps_its_world(self):
         self.serve(world="{gravity: [-12, -8]}", max_episode_steps=20, real_time_factor=0.0)
@@ -209,37 +196,6 @@ class WorldServicesTest(ServerTest):
             self.assertIn(words, reply.status_message)
         self.assertEqual(self.ask("snapshot").record.episode.episode, number)
         self.assertEqual(self.ask("restore", record=record).transition.step, 5)
-
-    def test_batch_has_different_worlds(self):
-        """Each environment equals the only one of a server with its world and seed, to the bit."""
-        self.serve(mode="lockstep", num_envs=3, max_episode_steps=30, autoreset_mode="next_step")
-        worlds = [world("moon"), world("gymnasium"), world("laggy", gravity=(-12.0, -8.0))]
-        reply = self.ask("reset_batch", has_seed=[1] * 3, seeds=[7, 8, 9], worlds=worlds)
-        self.assertEqual([each.environment for each in reply.worlds], [0, 2])
-        drawn = {each.environment: values_of(each.parameters) for each in reply.worlds}
-        self.assertEqual(drawn[0], {"gravity": -1.62})
-        rows, resets = [reply.observations], []
-        step = self.client("step_batch")
-        for number, action in enumerate(random_actions(4, 62)):
-            reply = step(actions=action * 3)
-            rows.append(reply.observations)
-            resets += [(number + 1, *(each.environment for each in reply.worlds))] * bool(
-                reply.worlds
-            )
-        self.assertEqual(resets[0], (31, 0, 2), resets)
-        for environment, seed in enumerate((7, 8, 9)):
-            self.serve(mode="lockstep", max_episode_steps=30)
-            begun = self.reset(seed, worlds[environment])
-            self.assertEqual(values_of(begun.world), drawn.get(environment, {}))
-            states = [begun.transition]
-            single = self.client("step")
-            for action in random_actions(4, 62):
-                ended = states[-1].truncated or states[-1].terminated
-                reply = self.ask("reset") if ended else single(action=action)
-                states.append(reply.transition)
-            for state, row in zip(states, rows):
-                part = row[environment * 24 : environment * 24 + 24]
-                self.assertEqual(bits(state.observation), bits(part))
 
     def test_stamps_of_a_delayed_world_are_those_of_the_measurements(self):
         self.serve(mode="lockstep", world="{observation_delay: 0.06, dropout: 0.2}")

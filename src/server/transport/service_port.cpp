@@ -225,17 +225,6 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   ppoll(polled_.data(), polled_.size(), &timeout, nullptr);
 }
 
-/// The client's header may not have arrived yet, but the client waits only for the answer to it.
-void ServicePort::turn_away(int descriptor) {
-  const std::string why =
-      "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
-  log_client(shared_, "is refused", why);
-  tcpros::Bytes header;
-  tcpros::append_header({{"error", why}}, header);
-  send(descriptor, header.data(), header.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-  close(descriptor);
-}
-
 void ServicePort::accept_clients(int listener) {
   constexpr int kMaxAtOnce = 64;  // connected clients do not wait for a burst of new ones
   for (int i = 0; i < kMaxAtOnce; ++i) {
@@ -257,8 +246,14 @@ void ServicePort::accept_clients(int listener) {
 }
 
 void ServicePort::welcome(int descriptor) {
-  if (is_full()) {
-    turn_away(descriptor);
+  if (is_full()) {  // answers a header that may not have arrived: the client waits for nothing else
+    const std::string why =
+        "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
+    log_client(shared_, "is refused", why);
+    tcpros::Bytes header;
+    tcpros::append_header({{"error", why}}, header);
+    send(descriptor, header.data(), header.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    close(descriptor);
     return;
   }
   set(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);

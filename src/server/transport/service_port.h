@@ -113,7 +113,6 @@ class ServicePort {
   void make_room();
   void remove(std::unique_ptr<ServiceSession>& session);
   void accept_clients(int listener);
-  void turn_away(int descriptor);
 
   int listener_;
   int local_listener_;  // of clients that share memory; negative: its name is taken
