@@ -29,7 +29,7 @@ void append(const std::vector<double>& row, std::vector<double>& rows) {
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
-std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch::Request& request) {
+std::vector<std::optional<std::uint64_t>> seeds_of(const ResetBatch::Request& request) {
   std::vector<std::optional<std::uint64_t>> seeds(request.seeds.size());
   for (std::size_t i = 0; i < seeds.size(); ++i) {
     if (request.has_seed[i] != 0) seeds[i] = request.seeds[i];
@@ -95,8 +95,7 @@ BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters&
   std::iota(all_.begin(), all_.end(), 0U);
 }
 
-void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
-                       walker_sim::ResetBatch::Response& response) {
+void BatchCalls::reset(const ResetBatch::Request& request, ResetBatch::Response& response) {
   clear(response.observations, response.info, response.status_message, response.failed_environments,
         response.failures, response.worlds);
   check_list(request.environments);
@@ -120,7 +119,7 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   }
 }
 
-void BatchCalls::set_worlds(const walker_sim::SetWorld::Request& request) {
+void BatchCalls::set_worlds(const SetWorld::Request& request) {
   check_list(request.environments);
   const std::vector<std::uint32_t>& listed = list_of(request.environments);
   for (std::size_t i = 0; i < request.worlds.size(); ++i) {
@@ -171,8 +170,7 @@ void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {
   }
 }
 
-void BatchCalls::step(const std::vector<double>& actions,
-                      walker_sim::StepBatch::Response& response) {
+void BatchCalls::step(const std::vector<double>& actions, StepBatch::Response& response) {
   clear(response.failed_environments, response.failed_at_reset, response.failures,
         response.final_environments, response.final_observations, response.final_info,
         response.worlds, response.status_message);
@@ -181,7 +179,7 @@ void BatchCalls::step(const std::vector<double>& actions,
 }
 
 /// Resizes the response's vectors and returns pointers to their elements.
-Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
+Batch BatchCalls::rows_of(StepBatch::Response& response) const {
   const auto resized = [](auto& values, std::size_t size) {
     values.resize(size);
     return values.data();
@@ -199,8 +197,7 @@ Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
 }
 
 /// Counts the step's outcomes and lists the episodes that it ended.
-void BatchCalls::account(const std::vector<double>& actions,
-                         walker_sim::StepBatch::Response& response) {
+void BatchCalls::account(const std::vector<double>& actions, StepBatch::Response& response) {
   ended_.clear();
   for (const std::uint32_t environment : all_) {
     const EpisodeState& state = state_of(environment);
@@ -239,12 +236,12 @@ void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
   response.status_message += "environment " + text;
   response.failed_environments.push_back(state.environment);
   response.failures.push_back(state.error);
-  if constexpr (std::is_same_v<Response, walker_sim::StepBatch::Response>) {
+  if constexpr (std::is_same_v<Response, StepBatch::Response>) {
     response.failed_at_reset.push_back(state.failed_at_reset() ? 1 : 0);
   }
 }
 
-void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
+void BatchCalls::reset_ended(StepBatch::Response& response) {
   if (options_.autoreset_mode != AutoresetMode::same_step || ended_.empty()) return;
   Batch rows = rows_of(response);
   rows.rewards = nullptr;  // these keep the values of the last step

@@ -60,8 +60,8 @@ const EpisodeState& Simulation::step(const std::vector<double>& action) {
   return state;
 }
 
-const EpisodeState& Simulation::step_many(const walker_sim::StepMany::Request& request,
-                                          walker_sim::StepMany::Response& response) {
+const EpisodeState& Simulation::step_many(const StepMany::Request& request,
+                                          StepMany::Response& response) {
   if (request.steps < 1 || request.steps > kMaxSteps) {
     throw std::invalid_argument("steps = " + std::to_string(request.steps) + "; must be in [1, " +
                                 std::to_string(kMaxSteps) + "]");
@@ -102,8 +102,7 @@ const EpisodeState& Simulation::make_step(const std::vector<double>& action) {
   return state;
 }
 
-void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
-                             walker_sim::ResetBatch::Response& response) {
+void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Response& response) {
   clock_.require();
   const EpisodeState& state = shown().state();
   const std::uint32_t episode = state.episode;
@@ -121,8 +120,7 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   }
 }
 
-void Simulation::step_batch(const std::vector<double>& actions,
-                            walker_sim::StepBatch::Response& response) {
+void Simulation::step_batch(const std::vector<double>& actions, StepBatch::Response& response) {
   clock_.require(2);  // a step, and under same_step a reset
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   batch_calls_.step(actions, response);
@@ -138,7 +136,7 @@ void Simulation::step_batch(const std::vector<double>& actions,
   if (state.episode != episode) publish_reset();
 }
 
-void Simulation::set_worlds(const walker_sim::SetWorld::Request& request) {
+void Simulation::set_worlds(const SetWorld::Request& request) {
   change_worlds([&] { batch_calls_.set_worlds(request); });
 }
 

@@ -23,6 +23,8 @@
 
 namespace walker {
 
+using walker_sim::StepMany;
+
 /// Environments and their time. Each call steps or resets, advances the clock and publishes.
 class Simulation {
  public:
@@ -38,15 +40,13 @@ class Simulation {
   const EpisodeState& reset(std::optional<std::uint64_t> seed, const std::optional<World>& world);
   const EpisodeState& step(const std::vector<double>& action);
   /// Repeats an action until the number of steps is reached or the episode ends.
-  const EpisodeState& step_many(const walker_sim::StepMany::Request& request,
-                                walker_sim::StepMany::Response& response);
+  const EpisodeState& step_many(const StepMany::Request& request, StepMany::Response& response);
   void step_by_command();
   /// Begins episodes of several environments. An engine failure affects only its own environment.
-  void reset_batch(const walker_sim::ResetBatch::Request& request,
-                   walker_sim::ResetBatch::Response& response);
+  void reset_batch(const ResetBatch::Request& request, ResetBatch::Response& response);
   /// Steps every environment once, or resets it if the autoreset mode requires it.
-  void step_batch(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
-  void set_worlds(const walker_sim::SetWorld::Request& request);
+  void step_batch(const std::vector<double>& actions, StepBatch::Response& response);
+  void set_worlds(const SetWorld::Request& request);
   walker_sim::EpisodeRecord snapshot() const;
   /// Replaces the present episode by a repeated one.
   const EpisodeState& restore(Episode& repeated);

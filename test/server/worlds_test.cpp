@@ -58,26 +58,26 @@ struct Batch3 {
     return options;
   }
 
-  walker_sim::ResetBatch::Response reset(const std::vector<walker_sim::World>& worlds = {},
-                                         const Indices& listed = {}) {
-    walker_sim::ResetBatch::Request request;
+  ResetBatch::Response reset(const std::vector<walker_sim::World>& worlds = {},
+                             const Indices& listed = {}) {
+    ResetBatch::Request request;
     request.environments = listed;
     request.worlds = worlds;
     request.seeds.assign(listed.empty() ? kSize : listed.size(), kSeed);
     request.has_seed.assign(request.seeds.size(), 1);
-    walker_sim::ResetBatch::Response response;
+    ResetBatch::Response response;
     calls.reset(request, response);
     return response;
   }
 
   void set(const std::vector<walker_sim::World>& worlds, const Indices& listed = {}) {
-    walker_sim::SetWorld::Request request;
+    SetWorld::Request request;
     request.environments = listed;
     request.worlds = worlds;
     calls.set_worlds(request);
   }
 
-  const walker_sim::StepBatch::Response& step() {
+  const StepBatch::Response& step() {
     calls.step(std::vector<double>(kSize * pool.specification().action_size(), 0.5), reply);
     calls.reset_ended(reply);
     return reply;
@@ -101,7 +101,7 @@ struct Batch3 {
   EpisodeStatistics episodes;
   Pool pool;
   BatchCalls calls;
-  walker_sim::StepBatch::Response reply;
+  StepBatch::Response reply;
 };
 
 template <typename Response>

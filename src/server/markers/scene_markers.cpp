@@ -9,9 +9,6 @@
 namespace walker {
 namespace {
 
-using visualization_msgs::Marker;
-using visualization_msgs::MarkerArray;
-
 // rviz draws coloured vertices unlit, so every shade is chosen here.
 
 /// A point of the world's x,z plane [m].
@@ -151,7 +148,7 @@ void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
   add_face(edge, kGroundDepth.far, colors, triangles);
 }
 
-Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
+Marker ground_marker(const Scene& scene, const Header& header) {
   constexpr double kEndShade = 0.8;
   Marker marker = make_marker(header, "ground", Marker::TRIANGLE_LIST);
   for (std::size_t i = 0; i < scene.ground.size(); ++i) {
@@ -223,7 +220,7 @@ void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
   }
 }
 
-Marker cloud_marker(const Scene& scene, const std_msgs::Header& header) {
+Marker cloud_marker(const Scene& scene, const Header& header) {
   constexpr std::size_t kRows = 3;
   Marker marker = make_marker(header, "clouds", Marker::TRIANGLE_LIST);
   for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
@@ -267,7 +264,7 @@ double floor_center(const Floor& floor, double x) {
   return step * std::round(x / step);
 }
 
-Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& header) {
+Marker floor_marker(const Floor& floor, double center, const Header& header) {
   // Extent in tiles: beyond both sides of the picture, and as deep as looks good.
   constexpr int kAhead = 20;
   constexpr int kNear = -7;
@@ -289,7 +286,7 @@ Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& h
   return marker;
 }
 
-MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
+MarkerArray scene_markers(const Scene& scene, const Header& header) {
   MarkerArray array;
   array.markers.push_back(deletion(header, ""));
   array.markers.back().action = Marker::DELETEALL;

@@ -14,9 +14,6 @@
 namespace walker {
 namespace {
 
-using visualization_msgs::Marker;
-using visualization_msgs::MarkerArray;
-
 // Sizes of the range finder's markers [m].
 constexpr double kRayWidth = 0.025;
 constexpr double kHitDiameter = 0.14;
@@ -100,7 +97,7 @@ double reach_of(const Specification& specification) {
 }
 
 /// Appends red rays to their hits, faint rays of maximum range without one, and a ball at each hit.
-void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
+void append_rays(const RangeFinder& finder, const Sensors& sensors, const Header& header,
                  MarkerArray& array) {
   const Eigen::Vector3d origin = to_eigen(sensors.link_poses.front().position);
   // rviz ignores the alpha of a single line, so the faint rays need their own marker.
@@ -129,7 +126,7 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
 
 /// A ball at the lowest point of each foot that touches the ground.
 Marker contacts_marker(const Specification& specification, const Sensors& sensors, double diameter,
-                       const std_msgs::Header& header) {
+                       const Header& header) {
   Marker marker = make_marker(header, "contacts", Marker::SPHERE_LIST, diameter, kContactColor);
   const auto& names = specification.contact_links;
   if (names.empty()) return deletion(header, "contacts");
@@ -159,7 +156,7 @@ std::string text_of(const std::string& id, const EpisodeState& state) {
 }
 
 Marker text_marker(const Eigen::Vector3d& trunk, double reach, std::string text,
-                   const std_msgs::Header& header) {
+                   const Header& header) {
   Marker marker =
       make_marker(header, "episode", Marker::TEXT_VIEW_FACING, kTextHeight * reach, kTextColor);
   const Eigen::Vector3d above(0, 0, kTextAltitude * reach);
@@ -170,7 +167,7 @@ Marker text_marker(const Eigen::Vector3d& trunk, double reach, std::string text,
 
 }  // namespace
 
-Marker make_marker(const std_msgs::Header& header, const char* name, int type, double scale,
+Marker make_marker(const Header& header, const char* name, int type, double scale,
                    const Color& color) {
   Marker marker;
   marker.header = header;
@@ -183,7 +180,7 @@ Marker make_marker(const std_msgs::Header& header, const char* name, int type, d
   return marker;
 }
 
-Marker deletion(const std_msgs::Header& header, const char* name) {
+Marker deletion(const Header& header, const char* name) {
   Marker marker = make_marker(header, name, Marker::CUBE);
   marker.action = Marker::DELETE;
   return marker;
@@ -210,7 +207,7 @@ std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Po
 }
 
 MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
-                          const EpisodeState& state, const std_msgs::Header& header) {
+                          const EpisodeState& state, const Header& header) {
   MarkerArray array;
   if (sensors.link_poses.empty()) return array;
   const Eigen::Vector3d trunk = to_eigen(sensors.link_poses.front().position);
@@ -237,7 +234,7 @@ bool Path::add(const Vector3& trunk) {
   return true;
 }
 
-Marker Path::marker(const std_msgs::Header& header) const {
+Marker Path::marker(const Header& header) const {
   constexpr std::size_t kLine = 2;
   if (points_.size() < kLine) return deletion(header, "path");
   Marker marker = make_marker(header, "path", Marker::LINE_STRIP, kPathWidth, kPathColor);

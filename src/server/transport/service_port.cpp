@@ -246,12 +246,13 @@ void ServicePort::accept_clients(int listener) {
 }
 
 void ServicePort::welcome(int descriptor) {
-  if (is_full()) {  // answers a header that may not have arrived: the client waits for nothing else
+  if (is_full()) {
     const std::string why =
         "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
     log_client(shared_, "is refused", why);
     tcpros::Bytes header;
     tcpros::append_header({{"error", why}}, header);
+    // The client's header may not have arrived yet, but the client waits only for the answer to it.
     send(descriptor, header.data(), header.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     close(descriptor);
     return;
