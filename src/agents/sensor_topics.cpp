@@ -12,7 +12,7 @@
 #include <ros/transport_hints.h>
 
 #include "base/shortest_text.h"
-#include "ros/checked_subscription.h"
+#include "ros/checked_message.h"
 
 namespace walker {
 namespace {

@@ -14,16 +14,10 @@
 #include "base/spin_wait.h"
 #include "client/messages.h"
 #include "client/service_connection.h"
-#include "walker_sim/parameters.h"
 #include "wire/master.h"
 
 namespace walker {
 namespace {
-
-std::string default_master_uri() {
-  const char* const uri = std::getenv("ROS_MASTER_URI");  // NOLINT(concurrency-mt-unsafe)
-  return uri != nullptr && *uri != '\0' ? uri : "http://localhost:11311";
-}
 
 /// Validates the options and fills in defaults. @throws std::invalid_argument
 ClientOptions completed(ClientOptions options) {
@@ -43,7 +37,10 @@ ClientOptions completed(ClientOptions options) {
                                 std::to_string(kMaxSpinMicroseconds) + "]");
   }
   const char* const origin = options.master_uri.empty() ? "ROS_MASTER_URI = " : "master_uri = ";
-  if (options.master_uri.empty()) options.master_uri = default_master_uri();
+  if (options.master_uri.empty()) {
+    const char* const uri = std::getenv("ROS_MASTER_URI");  // NOLINT(concurrency-mt-unsafe)
+    options.master_uri = uri != nullptr && *uri != '\0' ? uri : "http://localhost:11311";
+  }
   if (options.caller.empty()) options.caller = kCallerId + ("_" + std::to_string(getpid()));
   try {
     parse_uri(options.master_uri, "http");
@@ -64,8 +61,11 @@ class Client::Implementation {
   /// @throws ConnectionError, Interrupted, RequestRefused; std::invalid_argument (request too long)
   template <typename Write, typename Read>
   void call(ServiceIndex index, const Write& write, const Read& read) {
-    refuse_in_fork();
-    const Deadline until = deadline();
+    // A forked child could receive its parent's answers.
+    if (num_forks() != num_forks_) throw ConnectionError(kForkedClientError);
+    const auto timeout = std::chrono::duration_cast<TimePoint::duration>(
+        std::chrono::duration<double>(options_.timeout));
+    const Deadline until(std::chrono::steady_clock::now() + timeout, options_.is_interrupted);
     request_.assign(tcpros::kLengthBytes, 0);
     Writer writer(request_);
     write(writer);
@@ -109,18 +109,6 @@ class Client::Implementation {
   Reset reset;                 ///< keeps its memory between resets and restores
 
  private:
-  /// @throws ConnectionError in a forked child, which could receive its parent's answers
-  void refuse_in_fork() const {
-    if (num_forks() != num_forks_) throw ConnectionError(kForkedClientError);
-  }
-
-  Deadline deadline() const {
-    const std::chrono::duration<double> timeout(options_.timeout);
-    const auto until =
-        std::chrono::steady_clock::now() + std::chrono::duration_cast<TimePoint::duration>(timeout);
-    return {until, options_.is_interrupted};
-  }
-
   std::string name(ServiceIndex index) const {
     return options_.server + "/" + kServiceTypes[index].name;
   }

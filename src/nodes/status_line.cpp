@@ -10,7 +10,7 @@
 #include <ros/wall_timer.h>
 
 #include "base/printable_text.h"
-#include "ros/checked_subscription.h"
+#include "ros/checked_message.h"
 #include "ros/node_main.h"
 #include "ros/private_parameters.h"
 #include "walker_sim/EnvironmentSpec.h"

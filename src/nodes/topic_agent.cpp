@@ -17,7 +17,7 @@
 #include "agents/remote_server.h"
 #include "agents/sensor_topics.h"
 #include "base/printable_text.h"
-#include "ros/checked_subscription.h"
+#include "ros/checked_message.h"
 #include "ros/node_main.h"
 #include "walker_sim/Episode.h"
 #include "walker_sim/observation_builder.h"

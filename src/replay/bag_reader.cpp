@@ -11,7 +11,7 @@
 #include <rosbag/chunked_file.h>
 #include <rosbag/constants.h>
 
-#include "ros/checked_stream.h"
+#include "ros/checked_message.h"
 #include "wire/tcpros.h"
 
 namespace walker {

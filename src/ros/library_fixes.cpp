@@ -1,14 +1,21 @@
 #include "ros/library_fixes.h"
 
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstddef>
+#include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <map>
 #include <stdexcept>
-#include <string>
 
 #include <ros/console.h>
 #include <ros/console_impl.h>
+#include <ros/network.h>
 #include <xmlrpcpp/XmlRpcException.h>
 #include <xmlrpcpp/XmlRpcServerConnection.h>
 #include <xmlrpcpp/XmlRpcValue.h>
@@ -70,9 +77,34 @@ void check_datagrams(XmlRpcValue& parameters) {
   }
 }
 
+/// Returns "NAME = VALUE" of the variable that sets the node's host name; empty if none does.
+std::string name_variable() {
+  for (const char* name : {"ROS_HOSTNAME", "ROS_IP"}) {
+    const char* value = std::getenv(name);
+    if (value != nullptr) return std::string(name) + " = " + value;
+  }
+  return {};
+}
+
+/// Returns whether ROS_HOSTNAME or ROS_IP restricts this node to the loopback interface: localhost,
+/// ::1 or 127.*, as in roscpp's `Transport` and rospy's `get_bind_address`. If neither is set, ROS
+/// uses the machine's host name, and a node listens on every address.
+bool is_loopback_only() {
+  const std::string& host = ros::network::getHost();
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
 }  // namespace
 
-void use_library_fixes() {}
+std::string listening_addresses() {
+  const std::string variable = name_variable();
+  if (is_loopback_only()) {
+    return "Listens on this machine alone" + (variable.empty() ? "" : " (" + variable + ")");
+  }
+  return "Listens on every address of this machine, as " + ros::network::getHost() + " (" +
+         (variable.empty() ? "ROS_HOSTNAME and ROS_IP are not set" : variable) +
+         "): any client that reaches it can command it; ROS_HOSTNAME=localhost keeps it here";
+}
 
 }  // namespace walker
 
@@ -121,3 +153,26 @@ void XmlRpcServerConnection::executeRequest() {
 }
 
 }  // namespace XmlRpc
+
+// Replaces the C library's bind() in the nodes. roscpp binds its XML-RPC port to every address
+// whatever ROS_HOSTNAME is, has no parameter for that, and registers the port with the master
+// before it could be bound again.
+// NOLINTNEXTLINE(readability-inconsistent-declaration-parameter-name): those there are reserved
+extern "C" __attribute__((visibility("default"))) int bind(int descriptor, const sockaddr* address,
+                                                           socklen_t size) noexcept {
+  union {
+    sockaddr_in6 ipv6;
+    sockaddr_in ipv4;
+  } copy{};
+  if (walker::is_loopback_only()) {
+    std::memcpy(&copy, address, std::min<std::size_t>(size, sizeof(copy)));
+    if (address->sa_family == AF_INET && copy.ipv4.sin_addr.s_addr == htonl(INADDR_ANY)) {
+      copy.ipv4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      address = reinterpret_cast<const sockaddr*>(&copy);
+    } else if (address->sa_family == AF_INET6 && IN6_IS_ADDR_UNSPECIFIED(&copy.ipv6.sin6_addr)) {
+      copy.ipv6.sin6_addr = in6addr_loopback;
+      address = reinterpret_cast<const sockaddr*>(&copy);
+    }
+  }
+  return static_cast<int>(syscall(SYS_bind, descriptor, address, size));
+}

@@ -1,10 +1,13 @@
-// Replacements for functions of roscpp's libraries that can terminate the process.
+// Replacements for functions of roscpp's libraries that can terminate the process, and for bind().
 #pragma once
+
+#include <string>
 
 namespace walker {
 
-/// Does nothing; a call makes the linker include library_fixes.cpp, which replaces the libraries'
-/// functions. The package itself calls none of those.
-void use_library_fixes();
+/// Returns a sentence for the log: where this node listens, and which variable determines that. A
+/// call also makes the linker include library_fixes.cpp: the package itself calls none of the
+/// replaced functions.
+std::string listening_addresses();
 
 }  // namespace walker

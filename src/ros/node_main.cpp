@@ -14,10 +14,8 @@
 #include <exception>
 #include <future>
 #include <stdexcept>
-#include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include <ros/console.h>
 #include <ros/init.h>
@@ -30,13 +28,10 @@
 #include "base/posix.h"
 #include "base/printable_text.h"
 #include "ros/library_fixes.h"
-#include "ros/listening.h"
 #include "wire/master.h"
 
 namespace walker {
 namespace {
-
-// ---------------------------------------------------------------- command line
 
 constexpr const char* kAssignment = ":=";
 // ROS's special keys, without their two leading underscores.
@@ -89,8 +84,6 @@ void check_name(const std::string& argument, const std::string& name) {
   std::string error;
   if (!ros::names::validate(name, error)) refuse(argument, "is not a valid name: " + error);
 }
-
-// ---------------------------------------------------------------- signals
 
 // An unobstructed shutdown takes less. After this time the watching thread probes the master.
 constexpr std::chrono::milliseconds kShutdownTimeout{500};
@@ -251,7 +244,6 @@ void check_arguments(const std::vector<std::string>& arguments, const NodeDescri
 
 int run_node(int argc, char** argv, const NodeDescription& node, const std::function<void()>& run) {
   open_standard_descriptors();
-  use_library_fixes();
   const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
   for (const std::string& argument : arguments) {
     if (argument != "--help" && argument != "-h") continue;

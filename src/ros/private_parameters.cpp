@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
-#include <vector>
 
 #include <ros/param.h>
 #include <ros/this_node.h>

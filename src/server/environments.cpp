@@ -9,7 +9,7 @@
 #include <ros/console.h>
 
 #include "base/random.h"
-#include "ros/worlds.h"
+#include "ros/records.h"
 #include "server/topics/commands.h"
 #include "server/topics/converters.h"
 
@@ -20,11 +20,16 @@ std::string element(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
+template <typename... Fields>
+void clear(Fields&... fields) {
+  (fields.clear(), ...);
+}
+
 void append(const std::vector<double>& row, std::vector<double>& rows) {
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
-std::vector<std::optional<std::uint64_t>> seeds_of(const walker_sim::ResetBatch::Request& request) {
+std::vector<std::optional<std::uint64_t>> seeds_of(const ResetBatch::Request& request) {
   std::vector<std::optional<std::uint64_t>> seeds(request.seeds.size());
   for (std::size_t i = 0; i < seeds.size(); ++i) {
     if (request.has_seed[i] != 0) seeds[i] = request.seeds[i];
@@ -90,16 +95,18 @@ BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters&
   std::iota(all_.begin(), all_.end(), 0U);
 }
 
-void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
-                       walker_sim::ResetBatch::Response& response) {
-  response.observations.clear();
-  response.info.clear();
-  response.status_message.clear();
-  response.failed_environments.clear();
-  response.failures.clear();
-  response.worlds.clear();
-  check(request);
+void BatchCalls::reset(const ResetBatch::Request& request, ResetBatch::Response& response) {
+  clear(response.observations, response.info, response.status_message, response.failed_environments,
+        response.failures, response.worlds);
+  check_list(request.environments);
   const std::vector<std::uint32_t>& listed = list_of(request.environments);
+  const std::size_t seeds = request.seeds.size();
+  if (request.has_seed.size() != seeds || (seeds != 0 && seeds != listed.size())) {
+    throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
+                                " values and seeds " + std::to_string(seeds) +
+                                "; both must be empty or have " + std::to_string(listed.size()) +
+                                ", one per environment to reset");
+  }
   if (!request.worlds.empty()) set_requested(listed, request.worlds);
   pool_.reset(listed, seeds_of(request), {});
   counters_.resets += listed.size();
@@ -112,7 +119,7 @@ void BatchCalls::reset(const walker_sim::ResetBatch::Request& request,
   }
 }
 
-void BatchCalls::set_worlds(const walker_sim::SetWorld::Request& request) {
+void BatchCalls::set_worlds(const SetWorld::Request& request) {
   check_list(request.environments);
   const std::vector<std::uint32_t>& listed = list_of(request.environments);
   for (std::size_t i = 0; i < request.worlds.size(); ++i) {
@@ -163,34 +170,16 @@ void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {
   }
 }
 
-void BatchCalls::check(const walker_sim::ResetBatch::Request& request) const {
-  check_list(request.environments);
-  const std::size_t count = list_of(request.environments).size();
-  const std::size_t seeds = request.seeds.size();
-  if (request.has_seed.size() != seeds || (seeds != 0 && seeds != count)) {
-    throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
-                                " values and seeds " + std::to_string(seeds) +
-                                "; both must be empty or have " + std::to_string(count) +
-                                ", one per environment to reset");
-  }
-}
-
-void BatchCalls::step(const std::vector<double>& actions,
-                      walker_sim::StepBatch::Response& response) {
-  response.failed_environments.clear();
-  response.failed_at_reset.clear();
-  response.failures.clear();
-  response.final_environments.clear();
-  response.final_observations.clear();
-  response.final_info.clear();
-  response.worlds.clear();
-  response.status_message.clear();
+void BatchCalls::step(const std::vector<double>& actions, StepBatch::Response& response) {
+  clear(response.failed_environments, response.failed_at_reset, response.failures,
+        response.final_environments, response.final_observations, response.final_info,
+        response.worlds, response.status_message);
   pool_.step(actions.data(), actions.size(), rows_of(response));
   account(actions, response);
 }
 
 /// Resizes the response's vectors and returns pointers to their elements.
-Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
+Batch BatchCalls::rows_of(StepBatch::Response& response) const {
   const auto resized = [](auto& values, std::size_t size) {
     values.resize(size);
     return values.data();
@@ -208,8 +197,7 @@ Batch BatchCalls::rows_of(walker_sim::StepBatch::Response& response) const {
 }
 
 /// Counts the step's outcomes and lists the episodes that it ended.
-void BatchCalls::account(const std::vector<double>& actions,
-                         walker_sim::StepBatch::Response& response) {
+void BatchCalls::account(const std::vector<double>& actions, StepBatch::Response& response) {
   ended_.clear();
   for (const std::uint32_t environment : all_) {
     const EpisodeState& state = state_of(environment);
@@ -248,12 +236,12 @@ void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
   response.status_message += "environment " + text;
   response.failed_environments.push_back(state.environment);
   response.failures.push_back(state.error);
-  if constexpr (std::is_same_v<Response, walker_sim::StepBatch::Response>) {
+  if constexpr (std::is_same_v<Response, StepBatch::Response>) {
     response.failed_at_reset.push_back(state.failed_at_reset() ? 1 : 0);
   }
 }
 
-void BatchCalls::reset_ended(walker_sim::StepBatch::Response& response) {
+void BatchCalls::reset_ended(StepBatch::Response& response) {
   if (options_.autoreset_mode != AutoresetMode::same_step || ended_.empty()) return;
   Batch rows = rows_of(response);
   rows.rewards = nullptr;  // these keep the values of the last step

@@ -18,6 +18,10 @@
 
 namespace walker {
 
+using walker_sim::ResetBatch;
+using walker_sim::SetWorld;
+using walker_sim::StepBatch;
+
 using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 
 /// Makes a server's pool. Environment i begins with seed + i; a single one records its actions.
@@ -44,18 +48,17 @@ class BatchCalls {
 
   /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
   ///         has changed
-  void reset(const walker_sim::ResetBatch::Request& request,
-             walker_sim::ResetBatch::Response& response);
+  void reset(const ResetBatch::Request& request, ResetBatch::Response& response);
 
   /// Sets the worlds of the resets to come. @throws as `reset`
-  void set_worlds(const walker_sim::SetWorld::Request& request);
+  void set_worlds(const SetWorld::Request& request);
 
   /// Steps all environments. Under same_step, ended ones keep their state until `reset_ended`.
   /// @throws as `Pool::step`; then the response has no meaning
-  void step(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  void step(const std::vector<double>& actions, StepBatch::Response& response);
 
   /// Under same_step, resets the environments whose episodes ended in the last step.
-  void reset_ended(walker_sim::StepBatch::Response& response);
+  void reset_ended(StepBatch::Response& response);
 
  private:
   const EpisodeState& state_of(std::uint32_t environment) const {
@@ -63,11 +66,10 @@ class BatchCalls {
   }
   const std::vector<std::uint32_t>& list_of(const std::vector<std::uint32_t>& environments) const;
   void check_list(const std::vector<std::uint32_t>& listed) const;
-  void check(const walker_sim::ResetBatch::Request& request) const;
   void set_requested(const std::vector<std::uint32_t>& listed,
                      const std::vector<walker_sim::World>& worlds);
-  Batch rows_of(walker_sim::StepBatch::Response& response) const;
-  void account(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
+  Batch rows_of(StepBatch::Response& response) const;
+  void account(const std::vector<double>& actions, StepBatch::Response& response);
   template <typename Response>
   void record_failure(const EpisodeState& state, Response& response);
 

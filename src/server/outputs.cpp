@@ -1,6 +1,5 @@
 #include "server/outputs.h"
 
-#include <cstdint>
 #include <stdexcept>
 #include <utility>
 
@@ -66,7 +65,10 @@ void Outputs::publish_constants(ros::Time stamp) {
 void Outputs::publish_spec() { spec_publisher_.publish(spec()); }
 
 void Outputs::publish_reset(ros::Time stamp) {
-  begin_stamps();
+  // Forgets the stamps of the episode before.
+  stamps_.resize(shown_.observation_delay() + 1U);
+  first_stamp_ = shown_.state().step;
+  observed_step_.reset();
   publish_episode(stamp);
   if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is no scene
   publish_state(stamp);
@@ -121,13 +123,6 @@ void Outputs::publish_state(ros::Time stamp) {
     observation_.publish();
   }
   transition_.publish_if_heard(state, frames_, stamp);
-}
-
-/// Forgets the stamps of the episode before.
-void Outputs::begin_stamps() {
-  stamps_.resize(shown_.observation_delay() + 1U);
-  first_stamp_ = shown_.state().step;
-  observed_step_.reset();
 }
 
 /// Publishes what the walker has observed, once: a world may delay measurements and repeat them.

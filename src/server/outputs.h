@@ -80,7 +80,6 @@ class Outputs {
 
   void publish_state(ros::Time stamp);
   void publish_measurements();
-  void begin_stamps();
   void publish_episode(ros::Time stamp);
   void publish_due_episode();
   ros::Publisher advertise_records(ros::NodeHandle& node);

@@ -220,8 +220,4 @@ ServerOptions read_server_options() {
   return options;
 }
 
-std::string prefixed(const std::string& tf_prefix, const std::string& frame) {
-  return tf_prefix.empty() ? frame : tf_prefix + "/" + frame;
-}
-
 }  // namespace walker

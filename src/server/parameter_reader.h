@@ -58,7 +58,4 @@ std::vector<std::string> environment_parameter_names();
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed
 ServerOptions read_server_options();
 
-/// Returns `frame` with the prefix, without a leading slash, as robot_state_publisher names frames.
-std::string prefixed(const std::string& tf_prefix, const std::string& frame);
-
 }  // namespace walker

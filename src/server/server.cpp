@@ -18,10 +18,10 @@
 
 #include "base/limits.h"
 #include "base/printable_text.h"
-#include "ros/checked_subscription.h"
-#include "ros/listening.h"
+#include "ros/checked_message.h"
+#include "ros/library_fixes.h"
+#include "ros/records.h"
 #include "ros/throttle.h"
-#include "ros/worlds.h"
 #include "server/gazebo/physics_properties.h"
 #include "walker_sim/GetSpec.h"
 #include "walker_sim/Render.h"
@@ -54,11 +54,17 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   return node;
 }
 
-ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, Drive& drive, Simulation& simulation) {
+ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, const Drive& drive,
+                                     Simulation& simulation) {
   return subscribe_checked<std_msgs::Float64MultiArray>(
       node, "effort_command", 1,
-      [&drive](const auto& message, const auto& agent) {
-        drive.take_command(message->data, agent);
+      [&drive, &simulation](const auto& message, const auto& agent) {
+        if (drive.takes_commands()) {
+          simulation.take_command(message->data, agent);
+        } else {
+          simulation.refuse_command(
+              "effort command: in mode lockstep only ~step drives the walker");
+        }
       },
       [&simulation](const auto& reason) { simulation.refuse_command("effort command: " + reason); },
       ros::TransportHints().tcpNoDelay());
@@ -127,7 +133,7 @@ void advertise_pending(ServicePort& port, const char* service, const Call& call,
 
 template <typename Call>
 void advertise_trigger(ServicePort& port, const char* service, const Call& call) {
-  port.advertise<std_srvs::Trigger>(name(service), [call](auto& /*request*/, auto& response) {
+  port.advertise<std_srvs::Trigger>(name(service), [call](auto&, auto& response) {
     response.message = call();
     response.success = 1;
   });
@@ -242,7 +248,7 @@ void Server::advertise_services() {
     simulation_.record_stepping(port_.caller());
     response.transition = outputs_.message(state, clock_.now());
   });
-  advertise<walker_sim::StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
+  advertise<StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
     drive_->require_steps_by_service("step_many");
     const EpisodeState& state = simulation_.step_many(request, response);
     simulation_.record_stepping(port_.caller());
@@ -250,18 +256,17 @@ void Server::advertise_services() {
   });
   constexpr std::size_t kResetBytes =
       sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t) + kMaxWorldBytes;
-  advertise<walker_sim::ResetBatch>(
+  advertise<ResetBatch>(
       port_, "reset_batch",
       [this](const auto& request, auto& response) {
         simulation_.reset_batch(request, response);
         drive_->restart_schedule();
       },
       pool_.options().num_envs * kResetBytes);
-  advertise<walker_sim::SetWorld>(
-      port_, "set_world",
-      [this](const auto& request, auto& /*response*/) { simulation_.set_worlds(request); },
+  advertise<SetWorld>(
+      port_, "set_world", [this](const auto& request, auto&) { simulation_.set_worlds(request); },
       pool_.options().num_envs * (sizeof(std::uint32_t) + kMaxWorldBytes));
-  advertise<walker_sim::StepBatch>(
+  advertise<StepBatch>(
       port_, "step_batch",
       [this](const auto& request, auto& response) {
         drive_->require_steps_by_service("step_batch");
@@ -269,13 +274,11 @@ void Server::advertise_services() {
         simulation_.record_stepping(port_.caller());
       },
       pool_.options().num_envs * pool_.specification().action_size() * sizeof(double));
-  port_.advertise<walker_sim::GetSpec>(name("get_spec"), [this](auto& /*request*/, auto& response) {
-    response.spec = outputs_.spec();
+  port_.advertise<walker_sim::GetSpec>(
+      name("get_spec"), [this](auto&, auto& response) { response.spec = outputs_.spec(); });
+  advertise<walker_sim::Snapshot>(port_, "snapshot", [this](auto&, auto& response) {
+    response.record = simulation_.snapshot();
   });
-  advertise<walker_sim::Snapshot>(port_, "snapshot",
-                                  [this](const auto& /*request*/, auto& response) {
-                                    response.record = simulation_.snapshot();
-                                  });
   advertise_pending<walker_sim::Restore>(
       port_, "restore",
       [this](const auto& request, const auto& reply) { restores_.add(request.record, reply); },
@@ -284,10 +287,9 @@ void Server::advertise_services() {
                                         [this](const auto& request, const auto& reply) {
                                           outputs_.camera().render(request, clock_.now(), reply);
                                         });
-  advertise<walker_sim::SetRealTimeFactor>(port_, "set_real_time_factor",
-                                           [this](const auto& request, auto& /*response*/) {
-                                             drive_->set_real_time_factor(request.factor);
-                                           });
+  advertise<walker_sim::SetRealTimeFactor>(
+      port_, "set_real_time_factor",
+      [this](const auto& request, auto&) { drive_->set_real_time_factor(request.factor); });
   advertise_trigger(port_, "pause", [this] { return drive_->pause(); });
   advertise_trigger(port_, "unpause", [this] { return drive_->unpause(); });
   advertise_gazebo_services();
@@ -311,7 +313,7 @@ void Server::advertise_gazebo_services() {
     return specification;
   };
   advertise<gazebo::GetPhysicsProperties>(
-      port_, "get_physics_properties", [this, present](const auto& /*request*/, auto& response) {
+      port_, "get_physics_properties", [this, present](auto&, auto& response) {
         gazebo::get_physics_properties(present(), *drive_, response);
       });
   advertise<gazebo::SetPhysicsProperties>(

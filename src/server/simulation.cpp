@@ -11,8 +11,6 @@
 #include "base/printable_text.h"
 #include "ros/records.h"
 #include "ros/throttle.h"
-#include "ros/worlds.h"
-#include "server/topics/pushes.h"
 
 namespace walker {
 namespace {
@@ -62,8 +60,8 @@ const EpisodeState& Simulation::step(const std::vector<double>& action) {
   return state;
 }
 
-const EpisodeState& Simulation::step_many(const walker_sim::StepMany::Request& request,
-                                          walker_sim::StepMany::Response& response) {
+const EpisodeState& Simulation::step_many(const StepMany::Request& request,
+                                          StepMany::Response& response) {
   if (request.steps < 1 || request.steps > kMaxSteps) {
     throw std::invalid_argument("steps = " + std::to_string(request.steps) + "; must be in [1, " +
                                 std::to_string(kMaxSteps) + "]");
@@ -104,8 +102,7 @@ const EpisodeState& Simulation::make_step(const std::vector<double>& action) {
   return state;
 }
 
-void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
-                             walker_sim::ResetBatch::Response& response) {
+void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Response& response) {
   clock_.require();
   const EpisodeState& state = shown().state();
   const std::uint32_t episode = state.episode;
@@ -123,8 +120,7 @@ void Simulation::reset_batch(const walker_sim::ResetBatch::Request& request,
   }
 }
 
-void Simulation::step_batch(const std::vector<double>& actions,
-                            walker_sim::StepBatch::Response& response) {
+void Simulation::step_batch(const std::vector<double>& actions, StepBatch::Response& response) {
   clock_.require(2);  // a step, and under same_step a reset
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   batch_calls_.step(actions, response);
@@ -140,7 +136,7 @@ void Simulation::step_batch(const std::vector<double>& actions,
   if (state.episode != episode) publish_reset();
 }
 
-void Simulation::set_worlds(const walker_sim::SetWorld::Request& request) {
+void Simulation::set_worlds(const SetWorld::Request& request) {
   change_worlds([&] { batch_calls_.set_worlds(request); });
 }
 
@@ -180,22 +176,18 @@ void Simulation::take_command(const std::vector<double>& efforts, const std::str
   try {
     const bool takes_a_place = command_.state() == EffortCommand::State::held;
     command_.set(efforts, clock_.now().toNSec());
-    if (takes_a_place) record_commanding(agent);
-    commanding_agent_ = agent;
     count_if_clamped(command_.action());
+    const std::string before = std::exchange(commanding_agent_, agent);
+    if (!takes_a_place || agent == before) return;
+    ++counters_.contested_commands;
+    static Throttle throttle;
+    if (!throttle.passes()) return;
+    ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
+                    << agent << " replaces that of " << before << " ("
+                    << counters_.contested_commands << " such commands so far)");
   } catch (const std::exception& error) {
     refuse_command(error.what());
   }
-}
-
-void Simulation::record_commanding(const std::string& agent) {
-  if (agent == commanding_agent_) return;
-  ++counters_.contested_commands;
-  static Throttle throttle;
-  if (!throttle.passes()) return;
-  ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
-                  << agent << " replaces that of " << commanding_agent_ << " ("
-                  << counters_.contested_commands << " such commands so far)");
 }
 
 void Simulation::record_stepping(const std::string& agent) {

@@ -17,11 +17,13 @@
 #include "server/topics/commands.h"
 #include "server/topics/converters.h"
 #include "server/topics/statistics.h"
-#include "server/transport/pending_answer.h"
+#include "server/transport/waking.h"
 #include "walker_sim/Restore.h"
 #include "walker_sim/StepMany.h"
 
 namespace walker {
+
+using walker_sim::StepMany;
 
 /// Environments and their time. Each call steps or resets, advances the clock and publishes.
 class Simulation {
@@ -38,15 +40,13 @@ class Simulation {
   const EpisodeState& reset(std::optional<std::uint64_t> seed, const std::optional<World>& world);
   const EpisodeState& step(const std::vector<double>& action);
   /// Repeats an action until the number of steps is reached or the episode ends.
-  const EpisodeState& step_many(const walker_sim::StepMany::Request& request,
-                                walker_sim::StepMany::Response& response);
+  const EpisodeState& step_many(const StepMany::Request& request, StepMany::Response& response);
   void step_by_command();
   /// Begins episodes of several environments. An engine failure affects only its own environment.
-  void reset_batch(const walker_sim::ResetBatch::Request& request,
-                   walker_sim::ResetBatch::Response& response);
+  void reset_batch(const ResetBatch::Request& request, ResetBatch::Response& response);
   /// Steps every environment once, or resets it if the autoreset mode requires it.
-  void step_batch(const std::vector<double>& actions, walker_sim::StepBatch::Response& response);
-  void set_worlds(const walker_sim::SetWorld::Request& request);
+  void step_batch(const std::vector<double>& actions, StepBatch::Response& response);
+  void set_worlds(const SetWorld::Request& request);
   walker_sim::EpisodeRecord snapshot() const;
   /// Replaces the present episode by a repeated one.
   const EpisodeState& restore(Episode& repeated);
@@ -80,7 +80,6 @@ class Simulation {
   void change_worlds(const Change& change);
   const EpisodeState& make_step(const std::vector<double>& action);
   void count_if_clamped(const std::vector<double>& action);
-  void record_commanding(const std::string& agent);
 
   ServerOptions options_;
   Pool& pool_;

@@ -1,14 +1,37 @@
 // A connection between a client and a server: a socket, and on one machine shared memory.
 #pragma once
 
+#include <sys/socket.h>
 #include <sys/types.h>
+#include <sys/un.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace walker {
 
 struct SharedRing;
+
+/// Address of the local socket beside a TCP port, which shares memory. The name is in Linux's
+/// abstract namespace, so that it ends with its socket and needs no file.
+class LocalAddress {
+ public:
+  explicit LocalAddress(std::uint16_t port) {
+    const std::string name = "walker_sim/" + std::to_string(port);
+    address_.sun_family = AF_UNIX;
+    std::copy(name.begin(), name.end(), address_.sun_path + 1);  // after a 0: abstract
+    size_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  }
+
+  sockaddr* get() { return reinterpret_cast<sockaddr*>(&address_); }
+  socklen_t size() const { return size_; }
+
+ private:
+  sockaddr_un address_{};
+  socklen_t size_;
+};
 
 /// A stream of bytes in each direction. Sockets carry them, or two rings in memory that both
 /// processes map; then a local socket carries only bytes that wake the peer, and shows its end.

@@ -13,12 +13,11 @@
 namespace walker {
 namespace {
 
-// ---------------------------------------------------------------- the subset of HTTP/1.0 in use
-
 // A master's answer has a few hundred bytes.
 constexpr std::size_t kMaxBodyBytes = 1 << 20;
 constexpr std::size_t kMaxHeadBytes = 1 << 16;
 
+/// Reads an answer in the subset of HTTP/1.0 that masters use.
 class HttpReader {
  public:
   HttpReader(Socket& socket, const Deadline& deadline) : socket_(socket), deadline_(deadline) {}
@@ -137,8 +136,6 @@ std::string http_post(const Endpoint& server, const std::string& body, const Dea
 }
 
 }  // namespace
-
-// ---------------------------------------------------------------- the master
 
 Endpoint parse_uri(const std::string& uri, const std::string& scheme) {
   const std::string prefix = scheme + "://";

@@ -17,7 +17,6 @@
 
 #include "base/posix.h"
 #include "walker_sim/client.h"
-#include "wire/local_address.h"
 
 namespace walker {
 namespace {

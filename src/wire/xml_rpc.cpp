@@ -199,12 +199,14 @@ class Parser {
 
 }  // namespace
 
-std::string make_call(const std::string& method, const std::vector<std::string>& arguments) {
+std::string make_call(const std::string& method, const std::vector<std::string>& arguments,
+                      const std::string& value) {
   std::string xml = "<?xml version=\"1.0\"?>\n<methodCall><methodName>" + escaped(method) +
                     "</methodName><params>";
   for (const std::string& argument : arguments) {
     xml += "<param><value><string>" + escaped(argument) + "</string></value></param>";
   }
+  if (!value.empty()) xml += "<param>" + value + "</param>";
   return xml + "</params></methodCall>\n";
 }
 

@@ -24,7 +24,9 @@ struct Fault : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string make_call(const std::string& method, const std::vector<std::string>& arguments);
+/// @param value last argument, as XML; empty: none
+std::string make_call(const std::string& method, const std::vector<std::string>& arguments,
+                      const std::string& value = "");
 
 /// @throws Fault; std::runtime_error with the offset of the first malformed byte
 Value parse_answer(const std::string& xml);

@@ -6,11 +6,8 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <functional>
 #include <limits>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "allocation_counter.h"
 #include "base/posix.h"
@@ -18,32 +15,27 @@
 #include "client/scripted_walker.h"
 #include "error_message.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
 
-using test::Peer;
-using test::ScriptedServer;
-using test::ScriptedWalker;
-
 void expect_example(const Transition& transition) {
-  EXPECT_EQ(test::to_bytes(transition), test::to_bytes(test::example_transition()));
+  EXPECT_EQ(to_bytes(transition), to_bytes(example_transition()));
 }
 
 TEST(Client, ReadsTheSpecification) {
-  const std::string specification = test::to_bytes(test::example_specification());
-  ScriptedServer server(
-      {test::answering(kGetSpec, {test::answer(specification), test::answer(specification)})});
-  ScriptedServer master({test::master_of(server.address())});
-  EXPECT_EQ(test::to_bytes(Client(test::options_for(master)).specification()), specification);
+  const std::string specification = to_bytes(example_specification());
+  ScriptedServer server({answering(kGetSpec, {answer(specification), answer(specification)})});
+  ScriptedServer master({master_of(server.address())});
+  EXPECT_EQ(to_bytes(Client(options_for(master)).specification()), specification);
 }
 
 TEST(Client, SendsItsHeader) {
   tcpros::Fields fields;
   ScriptedWalker walker({[&](Peer& peer) {
-    fields = test::take_header(peer);
-    peer.give(test::header({{"md5sum", kServiceTypes[kStep].md5sum}}));
+    fields = take_header(peer);
+    peer.give(header({{"md5sum", kServiceTypes[kStep].md5sum}}));
     peer.take_frame();
-    peer.give(test::example_answer());
+    peer.give(example_answer());
   }});
   walker.step();
   EXPECT_EQ(fields, (tcpros::Fields{{"callerid", "/walker_sim_client_" + std::to_string(getpid())},
@@ -55,9 +47,9 @@ TEST(Client, SendsItsHeader) {
 
 /// Calls once. @return the request's payload
 template <typename Call>
-std::string request_of(ServiceIndex service, const std::string& answer, const Call& call) {
+std::string request_of(ServiceIndex service, const std::string& body, const Call& call) {
   std::vector<std::string> requests;
-  ScriptedWalker walker({test::answering(service, {test::answer(answer)}, &requests)});
+  ScriptedWalker walker({answering(service, {answer(body)}, &requests)});
   call(walker.client());
   return requests.at(0);
 }
@@ -66,22 +58,22 @@ TEST(Client, Steps) {
   const std::vector<double> action{0.5, -0.0, std::numeric_limits<double>::quiet_NaN()};
   Transition transition;
   EXPECT_EQ(
-      request_of(kStep, test::to_bytes(test::example_transition()),
+      request_of(kStep, to_bytes(example_transition()),
                  [&](Client& client) { client.step(action.data(), action.size(), transition); }),
-      test::Message().array(action).bytes());
+      Message().array(action).bytes());
   expect_example(transition);
 }
 
 TEST(Client, RepeatsAStep) {
-  const RepeatedStep meant{test::example_transition(), 2, -0.25};
+  const RepeatedStep meant{example_transition(), 2, -0.25};
   const std::vector<double> action{0.5, -0.0};
   RepeatedStep repeated;
-  EXPECT_EQ(request_of(kStepMany, test::to_bytes(meant),
+  EXPECT_EQ(request_of(kStepMany, to_bytes(meant),
                        [&](Client& client) {
                          client.step_many(action.data(), action.size(), 4, repeated);
                        }),
-            test::Message().array(action).number(std::uint32_t{4}).bytes());
-  EXPECT_EQ(test::to_bytes(repeated), test::to_bytes(meant));
+            Message().array(action).number(std::uint32_t{4}).bytes());
+  EXPECT_EQ(to_bytes(repeated), to_bytes(meant));
 }
 
 TEST(Client, Resets) {
@@ -89,42 +81,41 @@ TEST(Client, Resets) {
   for (const std::optional<std::uint64_t> seed : {std::optional<std::uint64_t>(max), {}}) {
     Transition transition;
     const std::string own_world(8, '\0');  // no preset, no parameters
-    EXPECT_EQ(
-        request_of(kReset, test::to_bytes(Reset{test::example_transition(), {}}),
-                   [&](Client& client) { client.reset(seed, transition); }),
-        test::Message().number(std::uint8_t{seed.has_value()}).number(seed.value_or(0)).bytes() +
-            own_world);
+    EXPECT_EQ(request_of(kReset, to_bytes(Reset{example_transition(), {}}),
+                         [&](Client& client) { client.reset(seed, transition); }),
+              Message().number(std::uint8_t{seed.has_value()}).number(seed.value_or(0)).bytes() +
+                  own_world);
     expect_example(transition);
   }
 }
 
 /// A world as it is sent: the empty one as the preset that is Gymnasium's.
 std::string sent(const World& world) {
-  test::Message message;
-  return test::append(world, message.text(world.empty() ? "gymnasium" : "")).bytes();
+  Message message;
+  return append(world, message.text(world.empty() ? "gymnasium" : "")).bytes();
 }
 
 TEST(Client, ResetsInAWorld) {
-  const Reset meant{test::example_transition(), {{"gravity", -1.5}, {"pit_gap", 0.5}}};
+  const Reset meant{example_transition(), {{"gravity", -1.5}, {"pit_gap", 0.5}}};
   for (const World& world : {World{{"gravity", {-2, -1}}, {"pit_gap", {0.5, 0.5}}}, World{}}) {
     Reset reset;
-    EXPECT_EQ(request_of(kReset, test::to_bytes(meant),
+    EXPECT_EQ(request_of(kReset, to_bytes(meant),
                          [&](Client& client) { client.reset(std::nullopt, world, reset); }),
               std::string(9, '\0') + sent(world));
-    EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+    EXPECT_EQ(to_bytes(reset), to_bytes(meant));
   }
 }
 
 TEST(Client, SetsWorlds) {
   const World moon{{"gravity", {-1.62, -1.62}}};
-  EXPECT_EQ(request_of(kSetWorld, test::Message().number(std::uint8_t{1}).text("").bytes(),
+  EXPECT_EQ(request_of(kSetWorld, Message().number(std::uint8_t{1}).text("").bytes(),
                        [&](Client& client) {
                          client.set_world({1, 0}, {moon, {}});
                        }),
-            test::Message().array<std::uint32_t>({1, 0}).number(std::uint32_t{2}).bytes() +
-                sent(moon) + sent({}));
+            Message().array<std::uint32_t>({1, 0}).number(std::uint32_t{2}).bytes() + sent(moon) +
+                sent({}));
   EXPECT_EQ(message_of<RequestRefused>([&] {
-              request_of(kSetWorld, test::Message().number(std::uint8_t{0}).text("no").bytes(),
+              request_of(kSetWorld, Message().number(std::uint8_t{0}).text("no").bytes(),
                          [&](Client& client) { client.set_world({}, {moon}); });
             }),
             "no");
@@ -135,7 +126,7 @@ TEST(Client, ResetsABatch) {
   const World world{{"gravity", {-4, -2}}};
   for (const std::vector<World>& worlds : {std::vector<World>{}, {world}, {{}, world}}) {
     BatchReset reset;
-    std::string expected = test::Message()
+    std::string expected = Message()
                                .array<std::uint32_t>({1, 0})
                                .array<std::uint8_t>({1, 0})
                                .array<std::uint64_t>({5, 0})
@@ -143,12 +134,12 @@ TEST(Client, ResetsABatch) {
                                .bytes();
     for (const World& each : worlds) expected += sent(each);
     EXPECT_EQ(
-        request_of(kResetBatch, test::to_bytes(meant),
+        request_of(kResetBatch, to_bytes(meant),
                    [&](Client& client) {
                      client.reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, worlds, reset);
                    }),
         expected);
-    EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+    EXPECT_EQ(to_bytes(reset), to_bytes(meant));
   }
 }
 
@@ -159,34 +150,34 @@ TEST(Client, ResetsAllOrOne) {
     const BatchReset meant{
         std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {}, {}, {}};
     BatchReset reset;
-    request_of(kResetBatch, test::to_bytes(meant),
+    request_of(kResetBatch, to_bytes(meant),
                [&](Client& client) { client.reset_batch(environments, {}, reset); });
-    EXPECT_EQ(test::to_bytes(reset), test::to_bytes(meant));
+    EXPECT_EQ(to_bytes(reset), to_bytes(meant));
   }
 }
 
 TEST(Client, StepsABatch) {
   BatchTransition received;
   const std::vector<double> actions{0.5, -0.5};
-  EXPECT_EQ(request_of(kStepBatch, test::to_bytes(test::example_batch()),
+  EXPECT_EQ(request_of(kStepBatch, to_bytes(example_batch()),
                        [&](Client& client) {
                          client.step_batch(actions.data(), actions.size(), received);
                        }),
-            test::Message().array(actions).bytes());
-  EXPECT_EQ(test::to_bytes(received), test::to_bytes(test::example_batch()));
+            Message().array(actions).bytes());
+  EXPECT_EQ(to_bytes(received), to_bytes(example_batch()));
 }
 
 TEST(Client, RendersAPicture) {
   Image image;
   image.depth = {1};
-  EXPECT_EQ(request_of(kRender, test::Picture().bytes(),
+  EXPECT_EQ(request_of(kRender, Picture().bytes(),
                        [&](Client& client) {
                          client.render(
                              7, "rgb8",
                              {{"width", std::int64_t{2}}, {"camera_name", std::string("track")}},
                              image);
                        }),
-            test::Message()
+            Message()
                 .number(std::uint32_t{7})
                 .text("rgb8")
                 .texts({"camera_name", "width"})
@@ -199,17 +190,17 @@ TEST(Client, RendersAPicture) {
 }
 
 TEST(Client, RendersDepth) {
-  test::Picture picture;
+  Picture picture;
   picture.encoding = "32FC1";
   picture.height = 2;
   picture.width = 1;
   picture.row_bytes = 4;
-  picture.data = test::Message().number(0.5F).number(-3.0F).bytes();
+  picture.data = Message().number(0.5F).number(-3.0F).bytes();
   Image image;
   image.rgb = {1};
   EXPECT_EQ(request_of(kRender, picture.bytes(),
                        [&](Client& client) { client.render(0, "32FC1", {}, image); }),
-            test::Message().number(std::uint32_t{0}).text("32FC1").texts({}).texts({}).bytes());
+            Message().number(std::uint32_t{0}).text("32FC1").texts({}).texts({}).bytes());
   EXPECT_EQ(image.width, 1U);
   EXPECT_EQ(image.height, 2U);
   EXPECT_EQ(image.depth, (std::vector<float>{0.5F, -3.0F}));
@@ -218,39 +209,39 @@ TEST(Client, RendersDepth) {
 
 TEST(Client, AcceptsLongAnswersInPieces) {
   constexpr std::uint32_t kSize = 500000;
-  ServerSpecification specification = test::example_specification();
+  ServerSpecification specification = example_specification();
   specification.observation_size = kSize;
   specification.observation_low.assign(kSize, -1);
   specification.observation_high.assign(kSize, 1);
-  Transition meant = test::example_transition();
+  Transition meant = example_transition();
   meant.observation.assign(kSize, 0.5);
   Transition in_pieces = meant;
   in_pieces.observation.front() = -0.5;
   ScriptedWalker walker({[&](Peer& peer) {
-                          const std::string first = test::answer(test::to_bytes(in_pieces));
-                          test::open(peer, kStep);
+                          const std::string first = answer(to_bytes(in_pieces));
+                          open(peer, kStep);
                           peer.take_frame();
                           for (std::size_t i = 0; i < 200; ++i) peer.give(first.substr(i, 1));
                           peer.give(first.substr(200));
                           peer.take_frame();
-                          peer.give(test::answer(test::to_bytes(meant)));
+                          peer.give(answer(to_bytes(meant)));
                           peer.sees_end();
                         }},
                         30, {}, specification);
   walker.step();
-  EXPECT_EQ(test::to_bytes(walker.transition), test::to_bytes(in_pieces));
+  EXPECT_EQ(to_bytes(walker.transition), to_bytes(in_pieces));
   walker.step();
-  EXPECT_EQ(test::to_bytes(walker.transition), test::to_bytes(meant));
+  EXPECT_EQ(to_bytes(walker.transition), to_bytes(meant));
 }
 
 TEST(Client, SendsRequestsThatDoNotFitTheSocket) {
   const std::vector<double> actions(4000000, 0.5);
   std::size_t size = 0;
   ScriptedWalker walker({[&](Peer& peer) {
-    test::open(peer, kStep);
+    open(peer, kStep);
     std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the buffer fills
     size = peer.take_frame().size();
-    peer.give(test::example_answer());
+    peer.give(example_answer());
     peer.sees_end();
   }});
   walker.client().step(actions.data(), actions.size(), walker.transition);
@@ -261,8 +252,8 @@ using ClientAllocation = AllocationTest;
 
 TEST_F(ClientAllocation, StepsWithoutTheHeap) {
   ScriptedWalker walker({[](Peer& peer) {
-    test::open(peer, kStep);
-    const std::string answer = test::example_answer();
+    open(peer, kStep);
+    const std::string answer = example_answer();
     // All requests have one size. This thread must not allocate: the counter covers it too.
     std::string request(4 + 4 + sizeof(double), '\0');
     while (peer.take(request)) peer.give(answer);
@@ -276,27 +267,25 @@ TEST_F(ClientAllocation, StepsWithoutTheHeap) {
   EXPECT_EQ(allocations, 0);
 }
 
-// ---------------------------------------------------------------- refusals
-
 TEST(Client, ThrowsTheServersReason) {
   Transition other;
   other.step = 1;
   const auto refusal = [&](const std::string& reason) {
-    return test::answer(test::to_bytes(other, false, reason));
+    return answer(to_bytes(other, false, reason));
   };
   const std::string no_reason = "the server gives no reason";
   const std::pair<std::string, std::string> cases[] = {
       {refusal("action has ..."), "action has ..."},
-      {test::answer("not this request", 0), "not this request"},
+      {answer("not this request", 0), "not this request"},
       {refusal("no\xFE"), "no\\xfe"},
-      {test::answer("\x80!", 0), "\\x80!"},
+      {answer("\x80!", 0), "\\x80!"},
       {refusal(""), no_reason},
-      {test::answer("", 0), no_reason},
+      {answer("", 0), no_reason},
   };
-  std::vector<std::string> answers{test::example_answer()};
+  std::vector<std::string> answers{example_answer()};
   for (const auto& row : cases) answers.push_back(row.first);
-  answers.push_back(test::example_answer());
-  ScriptedWalker walker({test::answering(kStep, answers)});
+  answers.push_back(example_answer());
+  ScriptedWalker walker({answering(kStep, answers)});
   walker.step();
   for (const auto& [answer, reason] : cases) {
     EXPECT_EQ(message_of<RequestRefused>([&] { walker.step(); }), reason);
@@ -306,33 +295,31 @@ TEST(Client, ThrowsTheServersReason) {
 }
 
 TEST(Client, LeavesTheResultIfTheAnswerIsMalformed) {
-  BatchTransition changed = test::example_batch();
+  BatchTransition changed = example_batch();
   changed.rewards[0] = 5;
   changed.final_environments = {2};
   ScriptedWalker walker(
-      {test::answering(kStepBatch, {test::answer(test::to_bytes(test::example_batch())),
-                                    test::answer(test::to_bytes(changed))})});
+      {answering(kStepBatch, {answer(to_bytes(example_batch())), answer(to_bytes(changed))})});
   BatchTransition batch;
   const std::vector<double> actions{0.25, -0.25};
   const auto step = [&] { walker.client().step_batch(actions.data(), actions.size(), batch); };
   step();
   EXPECT_EQ(message_of<ConnectionError>(step),
             "service /walker_sim/step_batch at " + walker.address() +
-                ": its answer's final_environments[0] is 2; must be below num_envs = 2" +
-                test::kLost);
-  EXPECT_EQ(test::to_bytes(batch), test::to_bytes(test::example_batch()));
+                ": its answer's final_environments[0] is 2; must be below num_envs = 2" + kLost);
+  EXPECT_EQ(to_bytes(batch), to_bytes(example_batch()));
 }
 
 /// After a restart with other parameters, a client that fetches the specification works again.
 TEST(Client, ChecksAnswersByTheLastSpecification) {
-  ServerSpecification other = test::example_specification();
+  ServerSpecification other = example_specification();
   other.observation_size = 4;
   other.observation_low.push_back(-4);
   other.observation_high.push_back(4);
-  Transition longer = test::example_transition();
+  Transition longer = example_transition();
   longer.observation.push_back(0.125);
-  const auto steps = test::answering(kStep, {test::answer(test::to_bytes(longer))});
-  ScriptedWalker walker({steps, test::telling(other), steps});
+  const auto steps = answering(kStep, {answer(to_bytes(longer))});
+  ScriptedWalker walker({steps, telling(other), steps});
   EXPECT_THROW(walker.step(), ConnectionError);
   EXPECT_EQ(walker.client().specification().observation_size, 4U);
   walker.step();
@@ -340,11 +327,11 @@ TEST(Client, ChecksAnswersByTheLastSpecification) {
 }
 
 TEST(Client, StepsAServerThatDoesNotRender) {
-  ScriptedServer server({test::tell_specification,
-                         test::answering(kStep, {test::example_answer(), test::example_answer()})});
-  const ScriptedServer::Script known = test::master_of(server.address());
-  ScriptedServer master({known, known, test::unknowing_master("no provider")});
-  Client client(test::options_for(master));
+  ScriptedServer server(
+      {tell_specification, answering(kStep, {example_answer(), example_answer()})});
+  const ScriptedServer::Script known = master_of(server.address());
+  ScriptedServer master({known, known, unknowing_master("no provider")});
+  Client client(options_for(master));
   Transition transition;
   client.step(nullptr, 0, transition);
   Image image;
@@ -354,8 +341,6 @@ TEST(Client, StepsAServerThatDoesNotRender) {
                 "this name, and in a version that has this service?");
   client.step(nullptr, 0, transition);  // on the same connection
 }
-
-// ---------------------------------------------------------------- forks
 
 bool holds_in_child(const std::function<bool()>& condition) {
   const pid_t child = fork();
@@ -372,8 +357,8 @@ TEST(Forks, AreCountedInTheChild) {
 }
 
 TEST(Forks, RefuseTheChildsCallsOnly) {
-  const std::string good = test::example_answer();
-  ScriptedWalker walker({test::answering(kStep, {good, good})});
+  const std::string good = example_answer();
+  ScriptedWalker walker({answering(kStep, {good, good})});
   walker.step();
   EXPECT_TRUE(holds_in_child([&] {
     return message_of<ConnectionError>([&] { walker.step(); }) == kForkedClientError &&
@@ -385,4 +370,4 @@ TEST(Forks, RefuseTheChildsCallsOnly) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

@@ -19,26 +19,20 @@
 #include "error_message.h"
 #include "walker_sim/client.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::example_answer;
-using test::kLost;
-using test::Peer;
-using test::ScriptedServer;
-using test::ScriptedWalker;
 
 const std::string kHint =
     "; has the server died, or can its host not be reached under this name (its ROS_HOSTNAME or "
     "ROS_IP)?";
 
-ScriptedServer::Script answering(const std::vector<std::string>& answers) {
-  return test::answering(kStep, answers);
+ScriptedServer::Script stepping(const std::vector<std::string>& answers) {
+  return answering(kStep, answers);
 }
 
 /// Reads a step's request and does not answer it.
 void take_step(Peer& peer) {
-  test::open(peer, kStep);
+  open(peer, kStep);
   peer.take_frame();
 }
 
@@ -52,7 +46,7 @@ void drip(Peer& peer) {
 
 /// Returns the ConnectionError of a step on such a connection; expects the next step to succeed.
 std::string broken_step(const ScriptedServer::Script& script, double timeout = 30) {
-  ScriptedWalker walker({script, answering({example_answer()})}, timeout);
+  ScriptedWalker walker({script, stepping({example_answer()})}, timeout);
   const std::string error = message_of<ConnectionError>([&] { walker.step(); });
   walker.step();
   EXPECT_EQ(walker.transition.step, 9U);
@@ -62,7 +56,7 @@ std::string broken_step(const ScriptedServer::Script& script, double timeout = 3
 }
 
 TEST(Connection, ReportsEof) {
-  EXPECT_EQ(broken_step(answering({""})), ": the server has closed the connection" + kLost);
+  EXPECT_EQ(broken_step(stepping({""})), ": the server has closed the connection" + kLost);
   const std::string good = example_answer();
   for (const std::size_t size : {std::size_t{1}, std::size_t{4}, std::size_t{5}, good.size() - 1}) {
     EXPECT_EQ(broken_step([&](Peer& peer) {
@@ -82,12 +76,12 @@ TEST(Connection, TimesOut) {
   // Bytes that trickle in do not extend the timeout.
   const auto dripping = [](Peer& peer) {
     take_step(peer);
-    peer.give(test::answer(std::string(1 << 20, 'x')).substr(0, 5));
+    peer.give(answer(std::string(1 << 20, 'x')).substr(0, 5));
     drip(peer);
   };
   const auto dripping_header = [](Peer& peer) {
-    test::take_header(peer);
-    peer.give(test::Message().number(std::uint32_t{60000}).bytes());
+    take_header(peer);
+    peer.give(Message().number(std::uint32_t{60000}).bytes());
     drip(peer);
   };
   EXPECT_EQ(broken_step(silent, kTimeout), ": timed out" + kLost);
@@ -99,16 +93,16 @@ TEST(Connection, TimesOut) {
 /// Master and server each answer within the timeout, but together they exceed it.
 TEST(Connection, LooksUpAndCallsWithinOneTimeout) {
   const auto linger = [] { std::this_thread::sleep_for(std::chrono::milliseconds(600)); };
-  ScriptedServer server({test::tell_specification, [&](Peer& peer) {
+  ScriptedServer server({tell_specification, [&](Peer& peer) {
                            take_step(peer);
                            linger();
                            peer.give(example_answer());
                          }});
-  ScriptedServer master({test::master_of(server.address()), [&](Peer& peer) {
+  ScriptedServer master({master_of(server.address()), [&](Peer& peer) {
                            linger();
-                           test::master_of(server.address())(peer);
+                           master_of(server.address())(peer);
                          }});
-  ClientOptions options = test::options_for(master);
+  ClientOptions options = options_for(master);
   options.timeout = 1;
   Client client(options);
   Transition transition;
@@ -118,22 +112,22 @@ TEST(Connection, LooksUpAndCallsWithinOneTimeout) {
 }
 
 TEST(Connection, RejectsMalformedAnswers) {
-  const std::string body = test::to_bytes(test::example_transition());
+  const std::string body = to_bytes(example_transition());
   // An array length beyond the end of the answer causes no allocation.
-  const std::string long_array = test::Message().number(std::uint8_t{1}).text("").bytes() +
-                                 std::string(12, '\0') + test::framed("odom") +
-                                 std::string(12, '\0') + "\xff\xff\xff\xff";
+  const std::string long_array = Message().number(std::uint8_t{1}).text("").bytes() +
+                                 std::string(12, '\0') + framed("odom") + std::string(12, '\0') +
+                                 "\xff\xff\xff\xff";
   const std::pair<std::string, std::string> cases[] = {
-      {test::answer(body.substr(0, body.size() - 1)), "the answer ends within a field"},
-      {test::answer(body + "x"), "the answer is longer than its type"},
-      {test::answer(""), "the answer ends within a field"},
-      {test::answer(long_array), "the answer ends within a field"},
+      {answer(body.substr(0, body.size() - 1)), "the answer ends within a field"},
+      {answer(body + "x"), "the answer is longer than its type"},
+      {answer(""), "the answer ends within a field"},
+      {answer(long_array), "the answer ends within a field"},
       {example_answer() + "x", "it sent unrequested bytes"},
       {"HTTP/1.1 400 Bad request", "its answer begins with neither 0 nor 1; is it a ROS node?"},
       {"\1\xff\xff\xff\xff", "its answer has 4294967295 bytes; must have at most 1048616"},
   };
   for (const auto& [answer, reason] : cases) {
-    EXPECT_EQ(broken_step(answering({answer})), std::string(": ").append(reason).append(kLost));
+    EXPECT_EQ(broken_step(stepping({answer})), std::string(": ").append(reason).append(kLost));
   }
 }
 
@@ -146,15 +140,14 @@ std::int64_t peak_memory() {
 }
 
 TEST(Connection, AllocatesOnlyForReceivedBytes) {
-  ServerSpecification large = test::example_specification();
+  ServerSpecification large = example_specification();
   large.num_envs = kMaxEnvironments;
   large.observation_size = 500;
   large.observation_low.assign(500, -1);
   large.observation_high.assign(500, 1);
   constexpr std::uint32_t kAnnounced = 900000000;
   ScriptedWalker walker(
-      {test::answering(kStepBatch, {test::Message().number('\1').number(kAnnounced).bytes()})}, 30,
-      {}, large);
+      {answering(kStepBatch, {Message().number('\1').number(kAnnounced).bytes()})}, 30, {}, large);
   const std::vector<double> actions(kMaxEnvironments);
   BatchTransition batch;
   const std::int64_t before = peak_memory();
@@ -170,19 +163,19 @@ TEST(Connection, RejectsMalformedHeaders) {
   const std::string gone =
       ", as the ROS master has it: the server has closed the connection" + kHint;
   const std::pair<std::string, std::string> cases[] = {
-      {test::header({{"error", "another MD5"}}), ": its error: another MD5"},
-      {test::header({{"error", "no\n\x1b[2J\xFF"}}), ": its error: no\\n\\x1b[2J\\xff"},
-      {test::header({{"md5sum", "0"}}), ": its walker_sim/Step has the MD5 0; here it is " +
-                                            md5sum + ", so it is another version of walker_sim"},
-      {test::framed("rubbish"), ": connection header: a field is longer than the header"},
+      {header({{"error", "another MD5"}}), ": its error: another MD5"},
+      {header({{"error", "no\n\x1b[2J\xFF"}}), ": its error: no\\n\\x1b[2J\\xff"},
+      {header({{"md5sum", "0"}}), ": its walker_sim/Step has the MD5 0; here it is " + md5sum +
+                                      ", so it is another version of walker_sim"},
+      {framed("rubbish"), ": connection header: a field is longer than the header"},
       {std::string(4, '\xff'), ": it sent a header of 4294967295 bytes; is it a ROS node?"},
-      {test::header({{"md5sum", md5sum}}) + "x", ": it sent unrequested bytes"},
+      {header({{"md5sum", md5sum}}) + "x", ": it sent unrequested bytes"},
       {"", gone},
       {std::string("\x10\0\0\0half", 8), gone},
   };
   for (const auto& row : cases) {
     EXPECT_EQ(broken_step([&](Peer& peer) {
-                test::take_header(peer);
+                take_header(peer);
                 peer.give(row.first);
               }),
               row.second);
@@ -191,10 +184,10 @@ TEST(Connection, RejectsMalformedHeaders) {
 
 /// Before the specification is known, a fixed limit of 16 MiB applies.
 TEST(Connection, RejectsALongSpecification) {
-  const std::string announced = test::Message().number('\1').number(std::uint32_t{1} << 25).bytes();
-  ScriptedServer server({test::answering(kGetSpec, {announced})});
-  ScriptedServer master({test::master_of(server.address())});
-  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(test::options_for(master)); }),
+  const std::string announced = Message().number('\1').number(std::uint32_t{1} << 25).bytes();
+  ScriptedServer server({answering(kGetSpec, {announced})});
+  ScriptedServer master({master_of(server.address())});
+  EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options_for(master)); }),
             "service /walker_sim/get_spec at " + server.address() +
                 ": its answer has 33554432 bytes; must have at most 16777216" + kLost);
 }
@@ -202,7 +195,7 @@ TEST(Connection, RejectsALongSpecification) {
 TEST(Connection, SendsNoCallTwice) {
   std::atomic<int> requests{0};
   const auto swallow = [&](Peer& peer) {
-    test::open(peer, kStep);
+    open(peer, kStep);
     if (!peer.take_frame().empty()) ++requests;
   };
   ScriptedWalker walker({swallow, swallow, swallow});
@@ -213,18 +206,16 @@ TEST(Connection, SendsNoCallTwice) {
 }
 
 TEST(Connection, LooksTheServerUpAgainAfterAFailure) {
-  ScriptedServer second({answering({example_answer()})});
-  ScriptedServer first({test::tell_specification, answering({})});
-  ScriptedServer master({test::master_of(first.address()), test::master_of(first.address()),
-                         test::master_of(second.address())});
-  Client client(test::options_for(master));
+  ScriptedServer second({stepping({example_answer()})});
+  ScriptedServer first({tell_specification, stepping({})});
+  ScriptedServer master(
+      {master_of(first.address()), master_of(first.address()), master_of(second.address())});
+  Client client(options_for(master));
   Transition transition;
   EXPECT_THROW(client.step(nullptr, 0, transition), ConnectionError);
   client.step(nullptr, 0, transition);
   EXPECT_EQ(transition.step, 9U);
 }
-
-// ---------------------------------------------------------------- signals
 
 /// Makes SIGUSR1 interrupt this thread's system calls without any other effect.
 class Signals {
@@ -289,7 +280,7 @@ TEST(Connection, IsInterruptedBySignals) {
     take_step(peer);
     signals.raise_until_end(peer);
   };
-  ScriptedWalker walker({silent, answering({example_answer()})}, 30, is_interrupted);
+  ScriptedWalker walker({silent, stepping({example_answer()})}, 30, is_interrupted);
   is_meant = true;
   EXPECT_THROW(walker.step(), Interrupted);
   is_meant = false;
@@ -311,12 +302,10 @@ TEST(Connection, IsInterruptedWhileConnecting) {
     peer.take_frame();
     signals.raise_until_end(peer);
   }});
-  ScriptedServer other_master({test::master_of(server.address())});
+  ScriptedServer other_master({master_of(server.address())});
   options.master_uri = "http://" + other_master.address();
   EXPECT_THROW(Client{options}, Interrupted);
 }
-
-// ---------------------------------------------------------------- options
 
 std::string option_error(const ClientOptions& options) {
   return message_of<std::invalid_argument>([&] { Client client(options); });
@@ -341,9 +330,9 @@ TEST(ClientOptions, AreChecked) {
 }
 
 TEST(ClientOptions, AcceptAShortName) {
-  ScriptedServer server({test::tell_specification});
-  ScriptedServer master({test::master_of(server.address())});
-  ClientOptions options = test::options_for(master);
+  ScriptedServer server({tell_specification});
+  ScriptedServer master({master_of(server.address())});
+  ClientOptions options = options_for(master);
   options.server = "/a";
   EXPECT_NO_THROW(Client{options});
 }
@@ -353,8 +342,8 @@ TEST(ClientOptions, DefaultToTheMasterOfTheEnvironment) {
   const std::string before = set != nullptr ? set : "";
   setenv("ROS_MASTER_URI", "nonsense", 1);
   EXPECT_EQ(option_error({}), "ROS_MASTER_URI = \"nonsense\"; must be http://HOST:PORT");
-  ScriptedServer server({test::tell_specification});
-  ScriptedServer master({test::master_of(server.address())});
+  ScriptedServer server({tell_specification});
+  ScriptedServer master({master_of(server.address())});
   setenv("ROS_MASTER_URI", ("http://" + master.address()).c_str(), 1);
   EXPECT_NO_THROW(Client());
   if (set != nullptr) {
@@ -365,13 +354,13 @@ TEST(ClientOptions, DefaultToTheMasterOfTheEnvironment) {
 }
 
 TEST(ClientOptions, NameAServerThatDied) {
-  const std::string address = "127.0.0.1:" + std::to_string(test::dead_port());
-  ScriptedServer master({test::master_of(address)});
-  const ClientOptions options = test::options_for(master);
+  const std::string address = "127.0.0.1:" + std::to_string(dead_port());
+  ScriptedServer master({master_of(address)});
+  const ClientOptions options = options_for(master);
   EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
             "service /walker_sim/get_spec at " + address +
                 ", as the ROS master has it: Connection refused" + kHint);
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

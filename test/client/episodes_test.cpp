@@ -44,7 +44,7 @@ TEST(SharedEpisode, IsSteppedByRoscppAndRepeatedly) {
   ours->reset(5, received);
   ros::NodeHandle node;
   walker_sim::Step call;
-  call.request.action = {0.5, -0.5, 0.25, 0};
+  call.request.action = {0.1, -0.3, 0.7, 0};  // not in single precision
   for (const bool persistent : {true, false}) {
     ros::ServiceClient theirs =
         node.serviceClient<walker_sim::Step>("/walker_sim/step", persistent);

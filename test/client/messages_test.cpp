@@ -3,20 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <limits>
 #include <set>
-#include <string>
 #include <utility>
-#include <vector>
 
-#include "base/limits.h"
 #include "client/scripted_walker.h"
 #include "error_message.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
 
 constexpr std::uint32_t kMax = std::numeric_limits<std::uint32_t>::max();
@@ -32,18 +27,18 @@ class Rejections {
   using Read = std::function<void(Reader&, Answer&)>;
 
   Rejections(Answer valid, Read read) : valid_(std::move(valid)), read_(std::move(read)) {
-    const std::string bytes = test::to_bytes(valid_);
+    const std::string bytes = to_bytes(valid_);
     Reader reader = reader_of(bytes);
     Answer answer;
     read_(reader, answer);
-    EXPECT_EQ(test::to_bytes(answer), bytes);
+    EXPECT_EQ(to_bytes(answer), bytes);
   }
 
   template <typename Change>
   void expect(const Change& change, const std::string& reason) const {
     Answer changed = valid_;
     change(changed);
-    const std::string bytes = test::to_bytes(changed);
+    const std::string bytes = to_bytes(changed);
     Reader reader = reader_of(bytes);
     Answer answer;
     EXPECT_EQ(message_of<std::runtime_error>([&] { read_(reader, answer); }),
@@ -65,12 +60,12 @@ class Rejections {
   Read read_;
 };
 
-const ServerSpecification kServer = test::example_specification();
+const ServerSpecification kServer = example_specification();
 
 void read_transition(Reader& reader, Transition& transition) { read(reader, kServer, transition); }
 
 TEST(Messages, ChecksAStep) {
-  const Rejections<Transition> rejections(test::example_transition(), read_transition);
+  const Rejections<Transition> rejections(example_transition(), read_transition);
   rejections.expect_size("observation", &Transition::observation);
   rejections.expect_size("info", &Transition::info);
   rejections.expect_size("action", &Transition::action);
@@ -84,7 +79,7 @@ TEST(Messages, ChecksAStep) {
 }
 
 TEST(Messages, ChecksAReset) {
-  Transition valid = test::example_transition();
+  Transition valid = example_transition();
   valid.step = 0;
   valid.action.clear();
   const Rejections<Reset> rejections({valid, {{"gravity", -5}}}, [](Reader& reader, Reset& reset) {
@@ -104,13 +99,13 @@ TEST(Messages, ChecksAReset) {
 
 /// Drawn values that the type cannot express: a repeated name, and a range.
 TEST(Messages, ChecksDrawnValues) {
-  const auto error_of = [](const test::Message& world) {
-    const std::string bytes = test::to_bytes(test::example_transition()) + world.bytes();
+  const auto error_of = [](const Message& world) {
+    const std::string bytes = to_bytes(example_transition()) + world.bytes();
     Reader reader = reader_of(bytes);
     Reset reset;
     return message_of<std::runtime_error>([&] { read(reader, kServer, reset); });
   };
-  EXPECT_EQ(error_of(test::Message()
+  EXPECT_EQ(error_of(Message()
                          .number(std::uint32_t{2})
                          .text("a")
                          .number(1.0)
@@ -119,14 +114,14 @@ TEST(Messages, ChecksDrawnValues) {
                          .number(1.0)
                          .number(1.0)),
             "its answer's world has a twice");
-  EXPECT_EQ(error_of(test::Message().number(std::uint32_t{1}).text("a").number(1.0).number(2.0)),
+  EXPECT_EQ(error_of(Message().number(std::uint32_t{1}).text("a").number(1.0).number(2.0)),
             "its answer's world has a range for a; must have a number");
-  EXPECT_EQ(error_of(test::Message().number(kMax)), "the answer ends within a field");
+  EXPECT_EQ(error_of(Message().number(kMax)), "the answer ends within a field");
 }
 
 TEST(Messages, ChecksARepeatedStep) {
   const Rejections<RepeatedStep> rejections(
-      {test::example_transition(), 3, -0.5},
+      {example_transition(), 3, -0.5},
       [](Reader& reader, RepeatedStep& repeated) { read(reader, kServer, 4, repeated); });
   rejections.expect([](RepeatedStep& repeated) { repeated.transition.observation.clear(); },
                     "observation has 0 elements; must have 3");
@@ -139,7 +134,7 @@ TEST(Messages, ChecksARepeatedStep) {
 TEST(Messages, ChecksABatchOfSteps) {
   using Batch = BatchTransition;
   const Rejections<Batch> rejections(
-      test::example_batch(), [](Reader& reader, Batch& batch) { read(reader, kServer, batch); });
+      example_batch(), [](Reader& reader, Batch& batch) { read(reader, kServer, batch); });
   rejections.expect_size("observations", &Batch::observations);
   rejections.expect_size("rewards", &Batch::rewards);
   rejections.expect_size("terminated", &Batch::terminated);
@@ -223,9 +218,9 @@ TEST(Messages, ChecksASpecification) {
 }
 
 TEST(Messages, EscapesInvalidUtf8) {
-  Transition failed = test::example_transition();
+  Transition failed = example_transition();
   failed.error = "it broke: \xC3(";
-  const std::string bytes = test::to_bytes(failed);
+  const std::string bytes = to_bytes(failed);
   Reader reader = reader_of(bytes);
   Transition received;
   read_transition(reader, received);
@@ -251,7 +246,6 @@ TEST(Messages, BoundsTheSizeOfAnswers) {
 }
 
 TEST(Messages, ChecksAPicture) {
-  using test::Picture;
   const auto error_of = [](const Picture& picture, const std::string& encoding = "rgb8",
                            const Parameters& camera = {}) {
     const std::string bytes = picture.bytes();
@@ -297,4 +291,4 @@ TEST(Messages, ChecksAPicture) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

@@ -115,8 +115,6 @@ class ScriptedServer {
 
 inline std::uint16_t dead_port() { return ScriptedServer({}).port(); }
 
-// ---------------------------------------------------------------- answers of a master
-
 inline std::string http_answer(const std::string& body) {
   return "HTTP/1.1 200 OK\r\nServer: test\r\nContent-Type: text/xml\r\nContent-length: " +
          std::to_string(body.size()) + "\r\n\r\n" + body;
@@ -145,8 +143,6 @@ inline ScriptedServer::Script master_of(const std::string& address) {
     peer.give(http_answer(xml_answer(1, "rosrpc URI", "rosrpc://" + address)));
   };
 }
-
-// ---------------------------------------------------------------- answers of a server
 
 class Message {
  public:

@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <string>
-
 #include <ros/service_traits.h>
 
 #include "walker_sim/GetSpec.h"

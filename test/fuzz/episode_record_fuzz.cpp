@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "fuzz/target.h"
-#include "ros/checked_stream.h"
+#include "ros/checked_message.h"
 #include "ros/records.h"
 #include "walker_sim/registry.h"
 

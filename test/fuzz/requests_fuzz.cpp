@@ -10,7 +10,7 @@
 
 #include "fuzz/input.h"
 #include "fuzz/target.h"
-#include "ros/checked_stream.h"
+#include "ros/checked_message.h"
 #include "server/gazebo/physics_properties.h"
 #include "walker_sim/Contacts.h"
 #include "walker_sim/Render.h"

@@ -13,7 +13,7 @@
 
 #include "fuzz/input.h"
 #include "fuzz/target.h"
-#include "ros/checked_stream.h"
+#include "ros/checked_message.h"
 #include "walker_sim/Step.h"
 
 namespace walker::fuzz {

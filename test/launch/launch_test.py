@@ -175,8 +175,6 @@ class LaunchTest(unittest.TestCase):
         self.assertEqual(prefixes, ["/walker_sim/tf_prefix"])
         self.assertIn("/walker_sim/", launch.config.clear_params)  # the next launch clears it
 
-    # ------------------------------------------------------------ robot description and view
-
     def test_each_environment_has_its_robot_description_and_view(self):
         for env, robot in ROBOTS.items():
             with self.subTest(env=env):
@@ -260,8 +258,6 @@ class LaunchTest(unittest.TestCase):
         self.assertNotEqual(ended.returncode, 0)
         self.assertIn("xml_file = " + path, ended.stderr)
         self.assertIn("XML parse error", ended.stderr)
-
-    # ------------------------------------------------------------ several walkers, process options
 
     def test_config_file_overrides_defaults_only(self):
         for name in ("server", "walker2d"):

@@ -11,7 +11,7 @@
 
 #include "base/engine_release.h"
 #include "replay/replay_bags.h"
-#include "ros/worlds.h"
+#include "ros/records.h"
 
 namespace walker::test {
 namespace {

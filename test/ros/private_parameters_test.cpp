@@ -3,11 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdint>
 #include <limits>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "error_message.h"
 

@@ -1,11 +1,10 @@
 // Worlds between messages and the core's types.
-#include "ros/worlds.h"
+#include "ros/records.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <stdexcept>
-#include <string>
 
 #include "error_message.h"
 
@@ -44,15 +43,6 @@ TEST(WorldMessages, PresetIsNoFile) {
     EXPECT_EQ(error.rfind(std::string("world preset ") + text + ": unknown", 0), 0U) << error;
     EXPECT_NE(error.find("Known: gymnasium hard"), std::string::npos) << error;
   }
-}
-
-TEST(WorldMessages, RepeatedParameterIsRefused) {
-  walker_sim::World message;
-  message.parameters = {parameter("gravity", -3, -2), parameter("gravity", -3, -2)};
-  EXPECT_EQ(message_of<std::invalid_argument>([&] { to_world(message); }),
-            "world parameter gravity is given twice");
-  EXPECT_EQ(message_of<std::invalid_argument>([&] { to_values(message.parameters); }),
-            "world parameter gravity is given twice");
 }
 
 TEST(WorldMessages, DrawnValuesAreNumbers) {

@@ -64,19 +64,13 @@ class CameraTest(ServerTest):
 
     def advance(self, steps=1):
         """Steps, and checks that no other client has. Returns the new stamp [ns]."""
-        for _ in range(steps):
-            reply = self.step(action=self.action)
-            self.assertTrue(reply.success, reply.status_message)
-            self.assertEqual(reply.transition.step, self.last.step + 1)
-            self.last = reply.transition
+        self.assert_serves(steps, self.action)
         return nanoseconds(self.last)
 
     def picture(self, *names, values=(), **fields):
         reply = self.render(parameter_names=names, parameter_values=values, **fields)
         self.assertEqual((reply.success, reply.status_message), (True, ""))
         return reply.image
-
-    # ------------------------------------------------------------ topics
 
     def watch(self):
         """Subscribes, and waits for the first picture."""
@@ -128,7 +122,6 @@ class CameraTest(ServerTest):
             stamps = [nanoseconds(image) for image in self.images.messages()]
             self.assertEqual([stamp for stamp in stamps if stamp > begin], due, f"rate {rate}")
             self.assertAlmostEqual(len(due), 30 / periods, delta=1)
-            self.server.stop()
 
     def test_topic_has_the_picture_of_render(self):
         self.lockstep(camera_rate=0.0, camera_width=90, camera_height=60)
@@ -158,8 +151,6 @@ class CameraTest(ServerTest):
             lambda m: m.transforms[0].child_frame_id == "port/camera"
         )
         self.assertEqual(transform.transforms[0].header.frame_id, "port/odom")
-
-    # ------------------------------------------------------------ Walker2d's perspective camera
 
     def transform(self, child, stamp):
         message = self.transforms.wait(
@@ -196,7 +187,6 @@ class CameraTest(ServerTest):
                 beside = min(size[0] - 1, column + round(0.6 * info.K[0] / 4))
                 other = hue(image, beside, row)
                 self.assertTrue(other is None or abs(other - SKIN) > 0.05, (beside, row))
-            self.server.stop()
 
     def test_parameters_of_a_request_move_the_camera(self):
         self.lockstep("Walker2d-v5")
@@ -216,8 +206,6 @@ class CameraTest(ServerTest):
         reply = self.render()
         self.assertFalse(reply.success)
         self.assertIn("nowhere", reply.status_message)
-
-    # ------------------------------------------------------------ ~render
 
     def test_render_draws_the_current_state(self):
         self.lockstep()
@@ -293,5 +281,4 @@ class CameraTest(ServerTest):
                     if is_watched:
                         self.assertTrue(self.picture().data)
                 episodes.append([bits([*state.observation, state.reward]) for state in states])
-                self.server.stop()
             self.assertEqual(*episodes)

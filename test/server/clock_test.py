@@ -15,7 +15,7 @@ import rospy
 from bare_ros import CALLER, TIMEOUT, OwnMaster, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rosgraph_msgs.msg import Clock
-from server_harness import DT, STAND, ServerTest, nanoseconds, publishers_of
+from server_harness import DT, STAND, ServerTest, nanoseconds, publishers_of, statuses
 from walker_sim.msg import Transition
 
 SECOND = 10**9
@@ -113,8 +113,6 @@ class ClockTest(ServerTest):
     def stamp_after_reset(self):
         return nanoseconds(self.ask("reset", has_seed=True, seed=1).transition)
 
-    # ------------------------------------------------------------ one owner
-
     def assert_refuses_to_start(self, name, **parameters):
         server = self.start("/second/walker_sim", **parameters)
         self.assertNotEqual(server.wait(), 0)
@@ -173,8 +171,6 @@ class ClockTest(ServerTest):
         self.assertEqual(lines, ["transition finished", "clock finished", "sleep finished"])
         server.stop()
 
-    # ------------------------------------------------------------ restarts
-
     def start_tf_and_timer_node(self):
         """Returns a function that checks that the node's tf2 buffer and timer go on."""
         rospy.set_param("/use_sim_time", True)
@@ -208,8 +204,8 @@ class ClockTest(ServerTest):
                 else:
                     server.stop(end)
         time.sleep(0.3)
-        self.assert_grows([nanoseconds(message) for message in transitions.messages()])
-        stamps = [message.clock.to_nsec() for message in clock.messages()]
+        self.assert_grows(transitions.stamps())
+        stamps = clock.stamps()
         self.assertEqual(stamps, sorted(stamps))
 
     def test_restart_after_a_kill_amid_fast_steps_continues_too(self):
@@ -242,8 +238,6 @@ class ClockTest(ServerTest):
             self.assertNotIn("/own/walker_sim", publishers_of("/clock"))
             self.server.stop()
 
-    # ------------------------------------------------------------ following
-
     def start_follower(self, **parameters):
         rospy.set_param("/use_sim_time", True)
         self.began = time.monotonic()
@@ -269,8 +263,7 @@ class ClockTest(ServerTest):
         """Returns the first pace status since the last `set_clock` that meets the condition."""
 
         def find(message):
-            paces = (status for status in message.status if status.name.endswith(": pace"))
-            return next(filter(condition, paces), None)
+            return next(filter(condition, statuses(message, "pace")), None)
 
         return find(self.diagnostics.wait(find, what))
 
@@ -286,7 +279,7 @@ class ClockTest(ServerTest):
         for time_ahead in range(now + DT, now + 20 * DT, DT):
             self.publish(time_ahead)
             self.transitions.wait(lambda m, t=time_ahead: t - DT < nanoseconds(m) <= t, "a step")
-        self.assert_grows([nanoseconds(message) for message in self.transitions.messages()])
+        self.assert_grows(self.transitions.stamps())
         self.set_clock(time_ahead)
         pace = self.pace(lambda s: s.level == DiagnosticStatus.OK, "no warning")
         self.assertEqual(pace.message, "follows /clock")
@@ -308,7 +301,7 @@ class ClockTest(ServerTest):
             self.publish(now)
             self.transitions.wait_count(count)
         time.sleep(0.3)
-        stamps = [nanoseconds(message) for message in self.transitions.messages()]
+        stamps = self.transitions.stamps()
         self.assert_grows(stamps)
         self.assertLessEqual(stamps[-1], now)
         self.assertEqual(len(stamps), 101)
@@ -395,7 +388,7 @@ class ClockTest(ServerTest):
             advance(seed)
             arrived()
         time.sleep(0.2)  # a surplus step would arrive
-        stamps = [nanoseconds(message) for message in transitions.messages()[joined:]]
+        stamps = transitions.stamps()[joined:]
         self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {follower_dt})
         self.assertLessEqual(stamps[-1], now)
         transitions.close()
@@ -417,10 +410,8 @@ class ClockTest(ServerTest):
         waits = self.pace(lambda s: "set back" in s.message, "what is wrong")
         self.assertEqual(waits.level, DiagnosticStatus.WARN)
         self.assertIn("waits for /clock, which is 4294967", waits.message)
-        self.assert_grows([nanoseconds(message) for message in self.transitions.messages()])
+        self.assert_grows(self.transitions.stamps())
         self.assertEqual(self.server.stop(), 0, self.server.output())
-
-    # ------------------------------------------------------------ reserved time
 
     def test_step_is_refused_at_the_end_of_ros_time(self):
         rospy.set_param(RESERVED, [2.0**32 - 1, SECOND - 5 * DT])

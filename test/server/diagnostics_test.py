@@ -60,8 +60,6 @@ class DiagnosticsTest(ServerTest):
         self.diagnostics.clear()
         return self.report_so_far(task, condition, what)
 
-    # ------------------------------------------------------------ keys and states
-
     def test_keys_are_the_same_in_either_mode(self):
         for mode in ("free", "lockstep"):
             self.serve(mode=mode)
@@ -76,7 +74,6 @@ class DiagnosticsTest(ServerTest):
             self.assertEqual(values["mode"], mode)
             (message,) = self.diagnostics.messages()[-1:]
             self.assertEqual({status.hardware_id for status in message.status}, {spec.id})
-            self.server.stop()
 
     def test_simulation_has_the_state(self):
         self.serve(auto_reset=False, max_episode_steps=40, real_time_factor=2.0)
@@ -103,8 +100,6 @@ class DiagnosticsTest(ServerTest):
         self.assertEqual({pace.values[key] for key in JITTER + STEP_TIME}, {"-"})
         commands = self.report("commands")
         self.assertRegex(commands.values["effort_command"], "refused")
-
-    # ------------------------------------------------------------ pace
 
     def test_jitter_and_step_time_of_a_paced_simulation(self):
         self.serve(diagnostic_period=0.5)
@@ -145,8 +140,6 @@ class DiagnosticsTest(ServerTest):
         # The first report after the change still includes earlier misses.
         fine = self.report("pace", lambda r: r.level == OK, "that it keeps up")
         self.assertEqual(fine.values["real_time_factor_wanted"], "0.5")
-
-    # ------------------------------------------------------------ commands
 
     def test_state_of_the_effort_command(self):
         self.serve(command_timeout=0.3)
@@ -253,8 +246,6 @@ class DiagnosticsTest(ServerTest):
         mine(**actions)
         calm = self.report("commands", lambda r: r.level == OK, "the end of the warning")
         self.assertEqual(calm.values["contested_steps"], "1")
-
-    # ------------------------------------------------------------ failures and episodes
 
     def test_failed_simulation_is_an_error_until_the_reset(self):
         self.serve(

@@ -6,13 +6,8 @@
 
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <stdexcept>
-#include <string>
-#include <vector>
 
 #include "allocation_counter.h"
 #include "base/random.h"
@@ -68,9 +63,9 @@ struct BatchServer {
     return all;
   }
 
-  walker_sim::ResetBatch::Response reset(const std::vector<std::uint32_t>& listed = {}) {
-    walker_sim::ResetBatch::Request request;
-    walker_sim::ResetBatch::Response response;
+  ResetBatch::Response reset(const std::vector<std::uint32_t>& listed = {}) {
+    ResetBatch::Request request;
+    ResetBatch::Response response;
     request.environments = listed;
     calls.reset(request, response);
     return response;
@@ -82,7 +77,7 @@ struct BatchServer {
   Pool pool;
   BatchCalls calls;
   Generator generator{1};
-  walker_sim::StepBatch::Response reply;
+  StepBatch::Response reply;
 };
 
 void expect_same_account(const EpisodeState& shown, const EpisodeState& alone) {
@@ -261,7 +256,7 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
     return std::make_unique<Episode>(std::make_unique<Brittle>(may_fail ? fails_ : never_));
   }
   void reset(const Numbers& listed = {}) {
-    walker_sim::ResetBatch::Request request;
+    ResetBatch::Request request;
     request.environments = listed;
     calls_.reset(request, begun_);
   }
@@ -288,8 +283,8 @@ class Failing : public testing::TestWithParam<AutoresetMode> {
   EpisodeStatistics episodes_;
   Pool pool_ = make_pool(options_, [this] { return make_brittle(); });
   BatchCalls calls_{pool_, options_, counters_, episodes_};
-  walker_sim::ResetBatch::Response begun_;
-  walker_sim::StepBatch::Response reply_;
+  ResetBatch::Response begun_;
+  StepBatch::Response reply_;
 };
 
 constexpr const char* kMiddleFailed = "environment 1: the simulation failed at its reset: broken";

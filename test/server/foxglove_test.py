@@ -4,17 +4,12 @@ import json
 import os
 import pathlib
 import re
-import signal
-import subprocess
 import tempfile
-import time
-import xmlrpc.client
 
 import rosbag
-import roslib.packages
-from bare_ros import CALLER, TIMEOUT, wait_for
+from bare_ros import wait_for
 from catkin.find_in_workspaces import find_in_workspaces
-from server_harness import ServerTest
+from server_harness import ServerTest, recorded_topics
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STEPS = 5
@@ -25,10 +20,7 @@ SERVERS = [
         "Walker2d-v5",
         28,
         6,
-        {
-            "include_lidar_in_observation": True,
-            "exclude_current_positions_from_observation": False,
-        },
+        {"include_lidar_in_observation": True, "exclude_current_positions_from_observation": False},
     ),
     ("Hopper-v5", 11, 3, {}),
 ]
@@ -76,26 +68,12 @@ class FoxgloveTest(ServerTest):
         self.addCleanup(folder.cleanup)
         bag, topics = os.path.join(folder.name, "run.bag"), topics_of_the_guide()
         server = self.serve(mode="lockstep", env=env_id, **parameters)
-        program = roslib.packages.find_node("rosbag", "record")[0]
-        recorder = subprocess.Popen(
-            [program, "-O", bag, *topics, "__name:=recorder"],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-        )
-        self.addCleanup(recorder.wait)
-        self.addCleanup(recorder.kill)
-
-        def recorded():
-            connections = xmlrpc.client.ServerProxy(server.uri()).getBusInfo(CALLER)[2]
-            return {info[4] for info in connections if info[1] == "/recorder"}
-
-        wait_for(lambda: recorded() == set(topics), f"{topics} to be recorded")
+        recorder = self.start_recorder(bag, *topics)
+        wait_for(lambda: recorded_topics(server) == set(topics), f"{topics} to be recorded")
         self.ask("reset", has_seed=True, seed=3)
         for _ in range(STEPS):
             self.ask("step", action=[0.1] * size)
-        time.sleep(0.5)  # rosbag does not report what it has received
-        recorder.send_signal(signal.SIGINT)
-        self.assertEqual(recorder.wait(TIMEOUT), 0)
+        self.stop_recorder(recorder)
         server.stop()
         messages = {}
         with rosbag.Bag(bag) as file:

@@ -101,7 +101,7 @@ class Caller:
 
 
 class HostileTest(ServerTest):
-    def serve_two(self, num_envs=1, **parameters):
+    def serve_two(self, num_envs=1, begins=True, **parameters):
         """Starts a server to disturb and an undisturbed reference with the same seed."""
         self.num_envs = num_envs
         same = {"num_envs": num_envs, "diagnostic_period": 0.05, "seed": "7"}
@@ -113,6 +113,8 @@ class HostileTest(ServerTest):
         for caller in (self.troubled, self.quiet):
             self.addCleanup(caller.close)
         self.seed, self.offset = 0, None
+        if begins:
+            self.begin_again()
 
     def both(self, name, **fields):
         return [caller.ask(name, **fields) for caller in (self.troubled, self.quiet)]
@@ -203,12 +205,10 @@ class HostileTest(ServerTest):
 
     def test_invalid_bytes(self):
         self.serve_two()
-        self.begin_again()
         self.check_bytes()
 
     def test_invalid_bytes_to_many_walkers(self):
         self.serve_two(num_envs=3)
-        self.begin_again()
         self.check_bytes()
 
     def flip_bits(self, name, body, check=lambda words, response: None):
@@ -231,7 +231,6 @@ class HostileTest(ServerTest):
 
     def test_flipped_bits(self):
         self.serve_two()
-        self.begin_again()
         for name, fields in self.good_requests().items():
             self.flip_bits(name, request_of(name, fields))
 
@@ -241,7 +240,6 @@ class HostileTest(ServerTest):
         A record with another action that gives the same transitions is valid.
         """
         self.serve_two()
-        self.begin_again()
         for _ in range(5):
             last = self.both("step", action=ACTION)[0].transition
         record = self.troubled.ask("snapshot").record
@@ -255,7 +253,6 @@ class HostileTest(ServerTest):
 
     def test_invalid_values(self):
         self.serve_two()
-        self.begin_again()
         actions = [([0.5] * MILLION, "a request of")]
         for size in (0, 3, 5, 8000):
             actions.append(([0.5] * size, rf"action has {size} values; must"))
@@ -367,7 +364,6 @@ class HostileTest(ServerTest):
 
     def test_invalid_values_of_many_walkers(self):
         self.serve_two(num_envs=3)
-        self.begin_again()
         self.assert_refused(self.batch_table())
         self.assert_refused(self.render_table())
         names = ("reset", "step", "step_many", "snapshot", "restore", "reset_simulation")
@@ -378,7 +374,6 @@ class HostileTest(ServerTest):
     def test_extreme_valid_values(self):
         """Actions are clipped as in Gymnasium; seeds span the range of uint64."""
         self.serve_two()
-        self.begin_again()
         for action, same in EXTREME_ACTIONS:
             for name, more in (("step", {}), ("step_many", {"steps": 2})):
                 one = self.troubled.ask(name, action=action, **more).transition
@@ -399,7 +394,6 @@ class HostileTest(ServerTest):
 
     def test_extreme_valid_values_of_many_walkers(self):
         self.serve_two(num_envs=3)
-        self.begin_again()
         for action, same in EXTREME_ACTIONS:
             one = self.troubled.ask("step_batch", actions=action * 3)
             other = self.quiet.ask("step_batch", actions=same * 3)
@@ -415,7 +409,7 @@ class HostileTest(ServerTest):
         self.assert_untouched()
 
     def test_calls_before_and_after_an_episode(self):
-        self.serve_two(max_episode_steps=0)
+        self.serve_two(begins=False, max_episode_steps=0)
         steps = ("step", "step_many")
         requests = {name: self.good_requests().get(name, {}) for name in (*steps, "step_batch")}
         for name in (*requests, "snapshot", "render"):
@@ -458,7 +452,7 @@ class HostileTest(ServerTest):
         self.assert_untouched()
 
     def test_free_running_server(self):
-        self.serve_two(mode="free", real_time_factor=1.0)
+        self.serve_two(begins=False, mode="free", real_time_factor=1.0)
         for name, fields, pattern in (
             ("step", {"action": ACTION}, "step: mode is free and the simulation runs; call ~pause"),
             ("step_many", {"action": ACTION, "steps": 1}, "step_many: mode is free"),
@@ -483,7 +477,6 @@ class HostileTest(ServerTest):
 
     def test_effort_commands(self):
         self.serve_two(mode="free", paused=True)
-        self.begin_again()
         publisher = self.commander(Bytes)
         good = command(ACTION)
         chance = random.Random(1)

@@ -20,6 +20,17 @@ namespace walker::test {
 
 constexpr std::chrono::seconds kPatience{30};  // reached only by a failing test
 
+/// Polls until the condition holds. @return false after kPatience
+template <typename Condition>
+bool wait_until(const Condition& condition) {
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > give_up) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return true;
+}
+
 template <typename Message>
 ros::Time stamp_of(const Message& message) {
   return message.header.stamp;
@@ -39,10 +50,7 @@ class Inbox {
         subscriber_(node.subscribe<Message>(
             topic, 100000, [this](const typename Message::ConstPtr& message) { add(*message); },
             ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay())) {
-    const auto give_up = std::chrono::steady_clock::now() + kPatience;
-    while (subscriber_.getNumPublishers() == 0 && std::chrono::steady_clock::now() < give_up) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    wait_until([this] { return subscriber_.getNumPublishers() > 0; });
   }
 
   /// The first message, old or new, that meets the condition; nullopt after a timeout.

@@ -130,7 +130,7 @@ class LockstepTest(ServerTest):
     def advance(self, action=None):
         return self.ask("step", action=action or [0.0] * self.size).transition
 
-    def play(self, seed, actions):
+    def play_episode(self, seed, actions):
         """Returns the transitions of an episode up to its end, the reset's first."""
         transitions = [self.begin(seed)]
         for action in actions:
@@ -144,8 +144,6 @@ class LockstepTest(ServerTest):
 
     def uri(self):
         return rosgraph.Master(CALLER).lookupNode(self.space + SERVER)
-
-    # ------------------------------------------------------------ names
 
     def test_services_have_their_types(self):
         for name, kind in SERVICE_TYPES.items():
@@ -217,8 +215,6 @@ class LockstepTest(ServerTest):
             with open(spec.engine_path, "rb") as library:
                 self.assertIn(symbol, library.read())
 
-    # ------------------------------------------------------------ time
-
     def test_reply_and_messages_of_a_step_share_one_stamp(self):
         recorders = self.record_all(STATE_TOPICS)
         values = self.record_all(STATE_VALUES)
@@ -270,23 +266,21 @@ class LockstepTest(ServerTest):
             self.assertEqual(stamps[0] % self.dt, 0, "whole nanoseconds, without rounding errors")
             for topic, recorder in recorders.items():
                 recorder.at(stamps[-1])
-                published = [first_stamp(message) for message in recorder.messages()]
+                published = recorder.stamps()
                 self.assertGreater(len(published), count / 10, topic)
                 self.assertTrue(all(a < b for a, b in zip(published, published[1:])), topic)
-
-    # ------------------------------------------------------------ episodes
 
     def test_episode_is_published_at_its_reset_and_at_its_end(self):
         recorder = self.record("/episode", Episode)
         seed = 2**64 - 1
-        transitions = self.play(seed, [FALL] * 1600)
+        transitions = self.play_episode(seed, [FALL] * 1600)
         last = transitions[-1]
         begun, ended = recorder.at(nanoseconds(transitions[0])), recorder.at(nanoseconds(last))
         self.assertEqual((begun.has_seed, begun.seed), (True, seed))
         self.assertEqual((begun.length, begun.episode_return, begun.end_reason), (0, 0, ""))
         self.assertEqual(begun.episode, transitions[0].episode)
         self.assertEqual((ended.length, ended.episode_return), (last.step, last.episode_return))
-        self.assertRegex(ended.end_reason, "^terminated: .+")
+        self.assertEqual(ended.end_reason, "terminated: hull touched the ground")
         self.assertEqual(ended.generator_state, begun.generator_state)
         self.assertEqual((ended.has_seed, ended.seed), (True, seed))
         reply = self.proxies["", "step"]([0.0] * 4)
@@ -307,12 +301,10 @@ class LockstepTest(ServerTest):
             self.assert_consecutive([before, after])
             before = after
 
-    # ------------------------------------------------------------ commands and messages
-
     def test_effort_commands_are_refused_and_counted(self):
         before = self.counter("refused")
         actions = [[0.0] * 4] * 5
-        undisturbed = self.play(9, actions)
+        undisturbed = self.play_episode(9, actions)
         command = self.commander()
         connection = command.impl.connections[0].socket
         self.assertTrue(connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
@@ -321,13 +313,6 @@ class LockstepTest(ServerTest):
             command.publish(data=[80.0, -80.0, 80.0, -80.0])
             wait_for(lambda n=before + i: self.counter("refused") == n, "the count")
             self.assertTrue(same_experience(self.advance(), expected))
-
-    def test_actions_beyond_the_bounds_are_counted(self):
-        before = self.counter("clamped")
-        self.play(3, [[1.0, -1.0, 0.5, -1.0]] * 3)
-        self.assertEqual(self.counter("clamped"), before)
-        self.play(3, [[1.5, -1e300, 0.5, -1.0]] * 3)
-        self.assertEqual(self.counter("clamped"), before + 3)
 
     def test_a_step_publishes_one_message_per_topic_with_subscribers(self):
         self.begin(1)
@@ -348,8 +333,6 @@ class LockstepTest(ServerTest):
             subscriber = self.subscribe(f"/fresh{topic}", STATE_TOPICS[topic])
             self.call("step", action=[0.0] * 4)
             self.assertEqual(subscriber.next().header.seq, 0, f"{topic} was published")
-
-    # ------------------------------------------------------------ ~step_many
 
     def step_many(self, action, count):
         return self.ask("step_many", action=action, steps=count)

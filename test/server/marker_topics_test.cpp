@@ -4,11 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <stdexcept>
-#include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -86,11 +83,10 @@ class MarkerTopicsTest : public testing::Test {
   /// Serves new subscribers until the condition holds, like a server between steps.
   template <typename Condition>
   void wait_until(const Condition& condition) {
-    const auto give_up = std::chrono::steady_clock::now() + kPatience;
-    while (!condition()) {
-      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << "timed out";
+    ASSERT_TRUE(test::wait_until([&] {
       callbacks_.callAvailable(ros::WallDuration(0.01));
-    }
+      return condition();
+    }));
   }
 
   void begin_episode() {
@@ -107,10 +103,7 @@ class MarkerTopicsTest : public testing::Test {
   }
 
   static std::vector<MarkerArray> wait_count(Inbox<MarkerArray>& viewer, std::size_t count) {
-    const auto give_up = std::chrono::steady_clock::now() + kPatience;
-    while (viewer.messages().size() < count && std::chrono::steady_clock::now() < give_up) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
+    test::wait_until([&] { return viewer.messages().size() >= count; });
     return viewer.messages();
   }
 

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -227,8 +226,10 @@ TEST_F(Pictures, DropsRequestsOfDisconnectedClients) {
   auto impatient = request_picture(0.2);  // queued behind the first
   EXPECT_THROW(impatient.get(), ConnectionError);
   // Wait until the in-process server has closed its descriptors too.
-  const auto give_up = std::chrono::steady_clock::now() + kPatience;
-  while (open_descriptors() > descriptors && std::chrono::steady_clock::now() < give_up) step(1);
+  wait_until([&] {
+    step(1);
+    return open_descriptors() <= descriptors;
+  });
   const std::uint32_t last = transition_.step;
   const std::vector<std::string> before = rendered.texts();
   the_gate.open();

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <string>
 #include <thread>
 #include <vector>
@@ -54,11 +53,11 @@ class PublishOrder : public testing::Test {
         transitions_(node_, "transition"),
         remote_(ros::this_node::getName()) {
     // A publisher registers a subscriber later than the subscriber registers the publisher.
-    const auto give_up = std::chrono::steady_clock::now() + kPatience;
-    do {
+    wait_until([this] {
       record().take();
       remote_.reset(0);
-    } while (!all_are_heard(record().take()) && std::chrono::steady_clock::now() < give_up);
+      return all_are_heard(record().take());
+    });
   }
 
   ~PublishOrder() override {

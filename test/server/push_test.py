@@ -11,7 +11,7 @@ import rospy
 from bare_ros import TIMEOUT, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
-from server_harness import ServerTest, run_program, same_experience
+from server_harness import ServerTest, run_program, same_experience, statuses
 from std_msgs.msg import Header
 from walker_sim.msg import EpisodeRecord, Transition
 
@@ -39,9 +39,9 @@ class PushTest(ServerTest):
         found = []
 
         def meets(message):
-            for status in message.status:
+            for status in statuses(message, "commands"):
                 values = {pair.key: pair.value for pair in status.values}
-                if status.name == "walker_sim: commands" and condition(values):
+                if condition(values):
                     found.append((status, values))
             return found
 
@@ -65,8 +65,8 @@ class PushTest(ServerTest):
         self.assertIn(f"1 push refused since the last report: {reason}", status.message)
         return reason
 
-    def play(self, count, size):
-        return [self.ask("step", action=[0.1] * size).transition for _ in range(count)]
+    def walk(self, count, size):
+        return self.play([[0.1] * size] * count)
 
     def test_lockstep(self):
         for identifier, size in SIZES.items():
@@ -75,14 +75,14 @@ class PushTest(ServerTest):
                 self.serve(env=identifier, mode="lockstep")
                 trunk = TRUNKS[identifier]
                 self.ask("reset", has_seed=True, seed=3)
-                undisturbed = self.play(6, size)
+                undisturbed = self.walk(6, size)
                 self.ask("reset", has_seed=True, seed=3)
-                before = self.play(2, size)
+                before = self.walk(2, size)
                 self.push(wrench(trunk, 999.0), wrench(trunk, 90.0, 30.0, 4.0))  # replaced
-                pushed = self.play(1, size)[0]
-                after = self.play(1, size)[0]
+                pushed = self.walk(1, size)[0]
+                after = self.walk(1, size)[0]
                 record = self.ask("snapshot").record
-                self.assertTrue(all(map(same_experience, before, undisturbed)))
+                self.assert_same_experiences(before, undisturbed[:2])
                 self.assertFalse(same_experience(pushed, undisturbed[2]))
                 self.assertGreater(record.actions[0], 0)
                 self.assertEqual([(push.step, push.link) for push in record.pushes], [(3, 0)])
@@ -91,18 +91,17 @@ class PushTest(ServerTest):
                 # Repeated, and continued without a push.
                 restored = self.ask("restore", record=record).transition
                 self.assertTrue(same_experience(restored, after))
-                future = self.play(20, size)
+                future = self.walk(20, size)
                 self.ask("restore", record=record)
-                self.assertTrue(all(map(same_experience, self.play(20, size), future)))
+                self.assert_same_experiences(self.walk(20, size), future)
                 self.assertEqual(len(self.ask("snapshot").record.pushes), 1)
                 # A reset drops a push that has not acted.
                 self.push(wrench(trunk, 90.0))
                 self.ask("reset", has_seed=True, seed=3)
-                self.assertTrue(all(map(same_experience, self.play(6, size), undisturbed)))
+                self.assert_same_experiences(self.walk(6, size), undisturbed)
                 self.assertEqual(self.ask("snapshot").record.pushes, [])
                 record.pushes[0].force_x += 1
                 self.assertIn("checksum", self.call("restore", record=record).status_message)
-                self.server.stop()
 
     def test_free_running(self):
         self.serve(paused=True, seed="3")
@@ -136,14 +135,13 @@ class PushTest(ServerTest):
                     self.ask("reset", has_seed=True, seed=3)
                     for link in (TRUNKS[identifier], LIMBS[identifier]):
                         self.push(wrench(link, 20.0, 30.0, 1.0))
-                        self.play(2, size)
+                        self.walk(2, size)
                     self.ask("reset")
                     with rosbag.Bag(bag, "w") as file:
                         file.write("/episode_record", records.wait(lambda m: m.pushes))
                     status, text, _ = run_program("replay", bag)
                     self.assertEqual(status, 0, text)
                     self.assertIn("1 episode equal to the bit (4 steps)", text)
-                    self.server.stop()
 
     def test_several_environments(self):
         self.serve(mode="lockstep", num_envs=3, shown_environment=1)
@@ -159,7 +157,7 @@ class PushTest(ServerTest):
         self.serve(mode="lockstep")
         self.assertIn("there is no episode yet", self.refusal(wrench("hull", 1.0)))
         self.ask("reset", has_seed=True, seed=3)
-        undisturbed = self.play(3, 4)
+        undisturbed = self.walk(3, 4)
         self.ask("reset", has_seed=True, seed=3)
         self.assertRegex(self.refusal(wrench("odom", 1.0)), "frame_id odom.*hull")
         self.assertRegex(self.refusal(wrench("hul\nl", 1.0)), r"frame_id hul\\nl.*hull")
@@ -167,7 +165,7 @@ class PushTest(ServerTest):
         self.assertIn("torque.y = inf N m", self.refusal(wrench("hull", torque=math.inf)))
         self.assertIn("out of the walker's plane", self.refusal(wrench("hull", y=1.0)))
         self.assertIn("at most 1000000", self.refusal(wrench("hull", 2e6)))
-        self.assertTrue(all(map(same_experience, self.play(3, 4), undisturbed)))
+        self.assert_same_experiences(self.walk(3, 4), undisturbed)
         self.assertEqual(self.ask("snapshot").record.pushes, [])
         self.assertRegex(self.server.output(), r"ERROR.*Refused push: .*\(1 so far\)")
 

@@ -4,43 +4,21 @@ test/python/as_in_process_ros_test.py continues episodes of all environments on 
 """
 
 import copy
-import random
 import signal
 import time
 
-from server_harness import ServerTest, bits, nanoseconds, same_experience
+from server_harness import ServerTest, bits, nanoseconds, random_actions, same_experience
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode, EpisodeRecord, Transition
-
-
-def actions(size, count, seed):
-    draws = random.Random(seed)
-    return [[draws.uniform(-1, 1) for _ in range(size)] for _ in range(count)]
 
 
 class RecordsTest(ServerTest):
     long_record = None  # made by the first test that needs it
 
-    def play(self, all_actions):
-        """Returns the transitions of these steps, up to the end of the episode."""
-        transitions = []
-        for action in all_actions:
-            transitions.append(self.ask("step", action=action).transition)
-            if transitions[-1].terminated or transitions[-1].truncated:
-                break
-        return transitions
-
-    def assert_same_experiences(self, ones, others):
-        self.assertEqual(len(ones), len(others))
-        for one, other in zip(ones, others):
-            self.assertTrue(same_experience(one, other), f"{one}\n{other}")
-
-    # ------------------------------------------------------------ exact continuation
-
     def test_snapshot_has_the_episode(self):
         self.serve(mode="lockstep", env="Walker2d-v5")
         self.ask("reset", has_seed=True, seed=2**64 - 1)
-        played = actions(6, 4, 3)
+        played = random_actions(6, 4, 3)
         last = self.play(played)[-1]
         record = self.ask("snapshot").record
         self.assertEqual(str(record.spec), str(self.call("get_spec").spec), "NaN included")
@@ -59,9 +37,9 @@ class RecordsTest(ServerTest):
         records = self.record("/episode_record", EpisodeRecord)
         transitions = self.record("/transition", Transition)
         self.ask("reset", has_seed=True, seed=5)
-        self.play(actions(4, 7, 1))
+        self.play(random_actions(4, 7, 1))
         record = self.ask("snapshot").record
-        last = self.play(actions(4, 3, 2))[-1]
+        last = self.play(random_actions(4, 3, 2))[-1]
         reply = self.ask("restore", record=record).transition
         self.assertEqual((reply.episode, reply.step), (2, 7))
         self.assertEqual(nanoseconds(reply), nanoseconds(last) + self.dt)
@@ -93,7 +71,7 @@ class RecordsTest(ServerTest):
         self.assertEqual(reply.step, record.episode.length)
         last = transitions.wait(lambda m: m.episode == 3 and m.step == future[-1].step)
         self.assertTrue(same_experience(last, future[-1]))
-        stamps = [nanoseconds(m) for m in transitions.messages()]
+        stamps = transitions.stamps()
         self.assertEqual(stamps, sorted(set(stamps)))
 
     def test_failed_episode_is_restored_as_failed(self):
@@ -115,11 +93,11 @@ class RecordsTest(ServerTest):
         self.serve(mode="lockstep", env="Walker2d-v5", xml_file=model)
         self.ask("reset", has_seed=True, seed=1)
         record = self.ask("snapshot").record
-        future = self.play(actions(6, 20, 1))
+        future = self.play(random_actions(6, 20, 1))
         with open(model, "w", encoding="utf-8") as file:
             file.write("no model any more")
         self.ask("restore", record=record)
-        self.assert_same_experiences(self.play(actions(6, 20, 1)), future)
+        self.assert_same_experiences(self.play(random_actions(6, 20, 1)), future)
 
     def test_ended_episode_is_restored_as_ended(self):
         self.serve(auto_reset=False, max_episode_steps=5, real_time_factor=10.0)
@@ -150,8 +128,6 @@ class RecordsTest(ServerTest):
         first = transitions.wait(lambda m: (m.episode, m.step) == (reply.episode, reply.step + 1))
         self.assertEqual(list(first.action), [0.0] * 4)
 
-    # ------------------------------------------------------------ concurrent calls
-
     def serve_long_record(self, **parameters):
         """Serves a Walker2d. Returns a record that takes long to restore, and its last transition.
 
@@ -163,7 +139,7 @@ class RecordsTest(ServerTest):
         if not self.long_record:
             reset, step = self.client("reset"), self.client("step")
             reset(has_seed=True, seed=1)
-            for action in actions(6, 8000, 1):
+            for action in random_actions(6, 8000, 1):
                 last = step(action=action).transition
             RecordsTest.long_record = self.ask("snapshot").record, last
         return self.long_record
@@ -203,7 +179,7 @@ class RecordsTest(ServerTest):
     def test_reset_during_a_restore_does_not_affect_it(self):
         record, present = self.serve_long_record(mode="lockstep")
         self.ask("restore", record=record)
-        future = self.play(actions(6, 100, 2))
+        future = self.play(random_actions(6, 100, 2))
         following = self.ask("reset").transition
         restoring, reset = self.client("restore"), self.client("reset")
         rest = self.send_all_but_the_end(restoring, self.client("get_spec"), record)
@@ -216,7 +192,7 @@ class RecordsTest(ServerTest):
         self.assertTrue(same_experience(restored, present))
         self.assertEqual(restored.episode, stamps[-1].episode + 1)
         self.assertGreater(nanoseconds(restored), nanoseconds(stamps[-1]))
-        self.assert_same_experiences(self.play(actions(6, 100, 2)), future)
+        self.assert_same_experiences(self.play(random_actions(6, 100, 2)), future)
         self.assertTrue(same_experience(self.ask("reset").transition, following))
 
     def test_restores_are_executed_in_order(self):
@@ -289,7 +265,6 @@ class RecordsTest(ServerTest):
         self.serve(mode="lockstep")
         self.ask("reset", has_seed=True, seed=1)
         record = self.ask("snapshot").record
-        self.server.stop()
         self.serve(mode="lockstep", reuse_world=True)
         self.ask("reset", has_seed=True, seed=1)
         for name, fields in (("snapshot", {}), ("restore", {"record": record})):

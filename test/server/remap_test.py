@@ -47,6 +47,7 @@ class RemapTest(ServerTest):
         efforts = [50.0, -25.0, 12.5, 50.0, -25.0, 12.5]
         command = Float64MultiArray(data=efforts)
         command.layout.dim = [MultiArrayDimension("joint", len(efforts), len(efforts))]
+        command.layout.data_offset = 3  # the layout is ignored
         transitions = self.record("/by_hand/transition", Transition)
         joint_states = self.record("/by_hand/joint_states", JointState)
         publisher = rospy.Publisher(BY_HAND, Float64MultiArray, queue_size=1)

@@ -25,10 +25,7 @@ class Remote {
  public:
   /// @param name of the server's node
   explicit Remote(const std::string& name) {
-    const ros::WallTime give_up = ros::WallTime::now() + ros::WallDuration(kPatience.count());
-    while (!ros::service::exists(name + "/step", false) && ros::WallTime::now() < give_up) {
-      ros::WallDuration(0.01).sleep();
-    }
+    wait_until([&] { return ros::service::exists(name + "/step", false); });
     reset_ = node_.serviceClient<walker_sim::Reset>(name + "/reset", true);
     step_ = node_.serviceClient<walker_sim::Step>(name + "/step", true);
   }

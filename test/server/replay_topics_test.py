@@ -3,19 +3,14 @@
 import os
 import random
 import re
-import signal
-import subprocess
 import tempfile
-import time
-import xmlrpc.client
 
 import rosbag
-import roslib.packages
 import rospy
-from bare_ros import CALLER, TIMEOUT, wait_for
+from bare_ros import CALLER, wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from launched import Launched
-from server_harness import ServerTest, run_program
+from server_harness import ServerTest, recorded_topics, run_program
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}
@@ -34,11 +29,6 @@ def record_topic(server):
     return server.name.rpartition("/")[0] + "/episode_record"
 
 
-def is_recorded(server):
-    connections = xmlrpc.client.ServerProxy(server.uri()).getBusInfo(CALLER)[2]
-    return any(info[1] == "/recorder" and info[4] == record_topic(server) for info in connections)
-
-
 class ReplayTopicsTest(ServerTest):
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="replay_topics_test_")
@@ -48,31 +38,13 @@ class ReplayTopicsTest(ServerTest):
 
     def start_recording(self, *servers):
         """Returns once every server has the recorder's subscription."""
-        recorder = self.start_recorder(*map(record_topic, servers))
+        recorder = self.start_recorder(self.bag, *map(record_topic, servers))
         for server in servers:
-            wait_for(lambda server=server: is_recorded(server), f"{server.name} to be recorded")
+            wait_for(
+                lambda server=server: record_topic(server) in recorded_topics(server),
+                f"{server.name} to be recorded",
+            )
         return recorder
-
-    def start_recorder(self, *topics):
-        """Runs `rosbag record` as node /recorder."""
-        recorder = subprocess.Popen(
-            [
-                roslib.packages.find_node("rosbag", "record")[0],
-                f"--output-name={self.bag}",
-                *topics,
-                "__name:=recorder",
-            ],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-        )
-        self.addCleanup(recorder.wait)
-        self.addCleanup(recorder.kill)
-        return recorder
-
-    def stop_recording(self, recorder):
-        time.sleep(0.5)  # rosbag does not report what it has received
-        recorder.send_signal(signal.SIGINT)
-        self.assertEqual(recorder.wait(TIMEOUT), 0)
 
     def walk(self, size, steps):
         for _ in range(steps):
@@ -102,7 +74,7 @@ class ReplayTopicsTest(ServerTest):
                 self.ask("reset", has_seed=True, seed=2**64 - 1)
                 self.walk(size, 3)
                 self.ask("reset")  # ends the episode
-                self.stop_recording(recorder)
+                self.stop_recorder(recorder)
                 self.server.stop()
                 status, text, errors = replay(self.bag)
                 self.assertEqual((status, errors), (0, ""), text)
@@ -126,7 +98,7 @@ class ReplayTopicsTest(ServerTest):
         heard = self.record("/transition", Transition)
         self.ask("unpause")
         heard.wait(lambda m: m.episode >= 5, "more episodes")
-        self.stop_recording(recorder)
+        self.stop_recorder(recorder)
         status, text, _ = replay(self.bag)
         self.assertEqual(status, 0, text)
         lines = self.episodes(text)
@@ -148,7 +120,7 @@ class ReplayTopicsTest(ServerTest):
                 self.ask("reset")
                 self.walk(size, 6)
             self.ask("reset")
-        self.stop_recording(recorder)
+        self.stop_recorder(recorder)
         status, text, _ = replay(self.bag)
         self.assertEqual(status, 0, text)
         self.assertIn("/one/walker_sim: BipedalWalker-v3 on Box2D", text)
@@ -197,9 +169,9 @@ class ReplayTopicsTest(ServerTest):
                 )
                 transitions = self.record("/transition", Transition)
                 self.assert_it_waits()
-                other = self.start_recorder("transition", "spec")
+                other = self.start_recorder(self.bag, "transition", "spec")
                 self.assert_it_waits()
-                self.stop_recording(other)
+                self.stop_recorder(other)
                 self.assertEqual(transitions.messages(), [])
                 recorder = self.start_recording(self.server)
                 self.server.wait_until_it_serves()
@@ -208,7 +180,7 @@ class ReplayTopicsTest(ServerTest):
                     self.walk(6, 3)
                 transitions.wait(lambda m: m.step == 3, "a few steps")
                 self.ask("reset")
-                self.stop_recording(recorder)
+                self.stop_recorder(recorder)
                 self.assert_diagnosed("not recorded: ")
                 self.assertEqual(self.server.stop(), 0)
                 transitions.close()

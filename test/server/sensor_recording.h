@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -71,10 +70,10 @@ class Player {
         transforms_(node_, "/tf") {
     if (specification().range_finder.num_rays != 0) scans_.emplace(node_, topic("scan"));
     // A publisher registers a subscriber later than the subscriber registers the publisher.
-    const auto give_up = std::chrono::steady_clock::now() + kPatience;
-    do {
+    wait_until([this] {
       remote_.reset(0);
-    } while (!hears_all() && std::chrono::steady_clock::now() < give_up);
+      return hears_all();
+    });
   }
 
   void reset(std::uint64_t seed) {

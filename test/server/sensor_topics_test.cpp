@@ -320,8 +320,6 @@ TEST_P(SensorTopics, RaysEndOnTheGround) {
 INSTANTIATE_TEST_SUITE_P(Robots, SensorTopics, testing::Values(kPlain, kHardcore, kV5, kFalling),
                          name_of);
 
-// ---------------------------------------------------------------- Walker2d
-
 class Walker2dTopics : public SensorTopics {};
 
 TEST_P(Walker2dTopics, TfFollowsTheRobotDescription) {

@@ -5,6 +5,7 @@ Nothing here waits in simulation time, which stands still in lock-step.
 
 import contextlib
 import os
+import random
 import resource
 import signal
 import socket
@@ -18,6 +19,7 @@ import xmlrpc.client
 from urllib.parse import urlparse
 
 import rosgraph
+import roslib.packages
 import rospy
 from bare_ros import CALLER, TIMEOUT, BareClient, BareSubscriber, wait_for
 from catkin.find_in_workspaces import find_in_workspaces
@@ -143,6 +145,11 @@ def catches(pid, number):
     with open(f"/proc/{pid}/status", encoding="utf-8", errors="replace") as status:
         mask = next(line.split()[1] for line in status if line.startswith("SigCgt"))
     return bool(int(mask, 16) & 1 << number - 1)
+
+
+def random_actions(size, count, seed=1):
+    draw = random.Random(seed)
+    return [[draw.uniform(-1, 1) for _ in range(size)] for _ in range(count)]
 
 
 def same_experience(one, other):
@@ -285,6 +292,10 @@ class Recorder:
         with self._changed:
             return list(self._messages)
 
+    def stamps(self):
+        """Stamps of the messages so far [ns]."""
+        return [first_stamp(message) for message in self.messages()]
+
     def clear(self):
         with self._changed:
             self._messages = []
@@ -344,6 +355,7 @@ class ServerTest(unittest.TestCase):
     """Starts servers, and ends them after the test."""
 
     dt = DT  # of the environment [ns]
+    server = None
 
     @contextlib.contextmanager
     def subTest(self, message="", **parameters):
@@ -361,7 +373,9 @@ class ServerTest(unittest.TestCase):
         return server
 
     def serve(self, name="/walker_sim", master_uri=None, **parameters):
-        """Starts a server, to which `client` and `call` then refer."""
+        """Starts a server, to which `client` and `call` then refer; first ends its namesake."""
+        if self.server and self.server.name == name:
+            self.server.stop()
         parameters.setdefault("diagnostic_period", 0.05)
         self.server = self.start(name, master_uri, **parameters)
         return self.server.wait_until_it_serves()
@@ -389,6 +403,48 @@ class ServerTest(unittest.TestCase):
         self.addCleanup(publisher.unregister)
         wait_for(lambda: publisher.get_num_connections() >= 1, "the server's subscription")
         return publisher
+
+    def begin_stepping(self):
+        """Connects `self.reset` and `self.step`, and begins an episode."""
+        self.reset, self.step = self.client("reset"), self.client("step")
+        self.last = self.reset(has_seed=True, seed=1).transition
+
+    def assert_serves(self, steps=3, action=STAND):
+        """Steps with `self.step`; no other client has stepped since `self.last`."""
+        for _ in range(steps):
+            reply = self.step(action=action)
+            self.assertTrue(reply.success, reply.status_message)
+            self.assertEqual(reply.transition.step, self.last.step + 1)
+            self.last = reply.transition
+
+    def play(self, actions):
+        """Steps, up to the end of the episode. Returns the transitions."""
+        transitions = []
+        with contextlib.closing(self.server.client("step")) as step:
+            for action in actions:
+                reply = step(action=action)
+                self.assertTrue(reply.success, reply)
+                transitions.append(reply.transition)
+                if reply.transition.terminated or reply.transition.truncated:
+                    break
+        return transitions
+
+    def start_recorder(self, bag, *topics):
+        """Runs `rosbag record` as node /recorder."""
+        program = roslib.packages.find_node("rosbag", "record")[0]
+        recorder = subprocess.Popen(
+            [program, f"--output-name={bag}", *topics, "__name:=recorder"],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+        )
+        self.addCleanup(recorder.wait)
+        self.addCleanup(recorder.kill)
+        return recorder
+
+    def stop_recorder(self, recorder):
+        time.sleep(0.5)  # rosbag does not report what it has received
+        recorder.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(TIMEOUT), 0)
 
     def call(self, name, **fields):
         with contextlib.closing(self.server.client(name)) as client:
@@ -427,6 +483,11 @@ class ServerTest(unittest.TestCase):
             self._diagnostics.clear()
         return float(diagnostic_values(message, word)[0])
 
+    def assert_same_experiences(self, ones, others):
+        self.assertEqual(len(ones), len(others))
+        for one, other in zip(ones, others):
+            self.assertTrue(same_experience(one, other), f"{one}\n{other}")
+
     def assert_consecutive(self, transitions):
         """Consecutive stamps differ by dt, within an episode and across resets."""
         self.assertGreater(len(transitions), 1)
@@ -447,6 +508,17 @@ class TransitionsTest(ServerTest):
         super().serve(*arguments, **parameters)
         self.transitions = self.record("/transition", Transition)
         return self.server
+
+
+def recorded_topics(server):
+    """Topics of the server to which the node /recorder subscribes."""
+    connections = xmlrpc.client.ServerProxy(server.uri()).getBusInfo(CALLER)[2]
+    return {info[4] for info in connections if info[1] == "/recorder"}
+
+
+def statuses(message, task):
+    """Statuses of this task in diagnostics."""
+    return [status for status in message.status if status.name.endswith(f": {task}")]
 
 
 def diagnostic_values(message, word):

@@ -1,5 +1,6 @@
 """The service port: valid and invalid TCPROS."""
 
+import contextlib
 import itertools
 import os
 import resource
@@ -25,7 +26,7 @@ from bare_ros import (
 from server_harness import STAND, ServerProcess, ServerTest, memory
 from std_srvs.srv import Trigger
 from walker_sim.msg import EnvironmentSpec, EpisodeRecord
-from walker_sim.srv import GetSpec, Render, Reset, Restore, Step
+from walker_sim.srv import GetSpec, Render, Restore, Step
 
 MEGABYTE = 1 << 20
 RST_ON_CLOSE = struct.pack("ii", 1, 0)  # for SO_LINGER
@@ -51,10 +52,7 @@ class ServicePortTest(ServerTest):
 
     def use(self, server):
         self.server = server
-        self.reset, self.step = server.client("reset", Reset), server.client("step", Step)
-        for client in (self.reset, self.step):
-            self.addCleanup(client.close)
-        self.last = self.reset(has_seed=True, seed=1).transition
+        self.begin_stepping()
         # Creates roscpp's threads and buffers before a test measures memory.
         self.assert_serves(20)
 
@@ -63,13 +61,6 @@ class ServicePortTest(ServerTest):
         server = start_server("/own")
         self.addCleanup(server.end)
         self.use(server)
-
-    def assert_serves(self, steps=3):
-        for _ in range(steps):
-            reply = self.step(action=STAND)
-            self.assertTrue(reply.success, reply.status_message)
-            self.assertEqual(reply.transition.step, self.last.step + 1)
-            self.last = reply.transition
 
     def fields(self, **changes):
         fields = {"callerid": CALLER, "service": "/walker_sim/step", "md5sum": Step._md5sum}
@@ -89,8 +80,6 @@ class ServicePortTest(ServerTest):
 
     def assert_closed(self, connection):
         self.assertEqual(connection.recv(1), b"")
-
-    # ------------------------------------------------------------ headers
 
     def test_header_describes_the_service(self):
         for md5sum in (Step._md5sum, "*"):
@@ -147,8 +136,6 @@ class ServicePortTest(ServerTest):
         served.sendall(self.step.request_bytes(action=STAND))  # after its header a client may idle
         self.last = self.receive_answer(served).transition
         self.assert_serves()
-
-    # ------------------------------------------------------------ calls
 
     def test_connection_is_persistent_only_on_request(self):
         request = self.step.request_bytes(action=STAND)
@@ -268,8 +255,6 @@ class ServicePortTest(ServerTest):
         self.assert_closed(render.connection)
         render.close()
         self.assert_serves()
-
-    # ------------------------------------------------------------ harmful clients
 
     def test_client_that_disconnects_harms_no_other(self):
         request = self.step.request_bytes(action=STAND)
@@ -489,11 +474,18 @@ class ServicePortTest(ServerTest):
         wait_for(accepted, "a new client")
         self.assert_serves()
 
-    # ------------------------------------------------------------ shared memory
-
     def shared_connection(self):
         with self.server.service_address("step") as connection:
             return SharedConnection(connection.getpeername()[1])
+
+    @contextlib.contextmanager
+    def assert_sessions_end(self):
+        """No session that begins in the context remains."""
+        descriptors = f"/proc/{self.server.pid}/fd"
+        before = len(os.listdir(descriptors))
+        yield
+        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the sessions")
+        self.assert_serves()
 
     def shared_client(self, service, service_class):
         return BareClient(self.shared_connection(), f"{self.server.name}/{service}", service_class)
@@ -506,25 +498,21 @@ class ServicePortTest(ServerTest):
             self.assert_serves()
 
     def test_a_client_by_shared_memory_delays_nobody(self):
-        descriptors = f"/proc/{self.server.pid}/fd"
-        before = len(os.listdir(descriptors))
-        client = self.shared_client("get_spec", GetSpec)
-        # Its unread answers are longer than the ring.
-        client.connection.sendall(100 * client.request_bytes())
-        self.assert_serves(50)
-        for _ in range(100):
-            self.assertEqual(client.receive().spec.id, "BipedalWalker-v3")
-        client.connection.sendall(100 * client.request_bytes())
-        self.assert_serves()
-        client.close()  # without reading them
-        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the session")
-        self.assert_serves()
+        with self.assert_sessions_end():
+            client = self.shared_client("get_spec", GetSpec)
+            # Its unread answers are longer than the ring.
+            client.connection.sendall(100 * client.request_bytes())
+            self.assert_serves(50)
+            for _ in range(100):
+                self.assertEqual(client.receive().spec.id, "BipedalWalker-v3")
+            client.connection.sendall(100 * client.request_bytes())
+            self.assert_serves()
+            client.close()  # without reading them
 
     def test_wrong_counts_in_shared_memory_end_the_session(self):
-        descriptors = f"/proc/{self.server.pid}/fd"
-        before = len(os.listdir(descriptors))
-        for ring in (0, SharedConnection.ANSWERS):
-            for offset in (0, SharedConnection.READ):
+        rings, offsets = (0, SharedConnection.ANSWERS), (0, SharedConnection.READ)
+        with self.assert_sessions_end():
+            for ring, offset in itertools.product(rings, offsets):
                 client = self.shared_client("get_spec", GetSpec)
                 connection = client.connection
                 connection.sendall(client.request_bytes()[:2])
@@ -532,18 +520,11 @@ class ServicePortTest(ServerTest):
                 connection.local.send(b"x")
                 self.assert_serves()
                 client.close()
-        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the sessions")
-        self.assert_serves()
 
     def test_ends_the_sessions_of_clients_without_a_header(self):
-        descriptors = f"/proc/{self.server.pid}/fd"
-        before = len(os.listdir(descriptors))
-        for _ in range(50):
-            self.shared_connection().close()
-        wait_for(lambda: len(os.listdir(descriptors)) <= before, "the end of the sessions")
-        self.assert_serves()
-
-    # ------------------------------------------------------------ ROS's own clients
+        with self.assert_sessions_end():
+            for _ in range(50):
+                self.shared_connection().close()
 
     def test_serves_rosservice_and_rospy(self):
         self.assertEqual(rosservice.get_service_node("/walker_sim/step"), "/walker_sim")

@@ -16,6 +16,7 @@ from server_harness import (
     bits,
     nanoseconds,
     same_experience,
+    statuses,
 )
 from walker_sim.msg import Episode, Transition
 
@@ -136,7 +137,6 @@ class Walker2dTest(TransitionsTest):
         failing = {"mode": "lockstep", "terminate_when_unhealthy": False}
         self.serve(reset_noise_scale=1e6, **failing)
         self.assert_engine_failure_ends_the_episode()
-        self.server.stop()
         unstable = self.model_file(
             ('timestep="0.002" integrator="RK4"', 'timestep="0.5" integrator="Euler"')
         )
@@ -164,7 +164,7 @@ class Walker2dTest(TransitionsTest):
 
     def simulation_reports(self):
         messages = self.record("/diagnostics", DiagnosticArray).wait_count(3)
-        return [s.message for m in messages for s in m.status if s.name.endswith("simulation")]
+        return [s.message for m in messages for s in statuses(m, "simulation")]
 
     def test_failed_reset_is_published_and_the_next_succeeds(self):
         cramped = self.cramped_walker()
@@ -194,17 +194,15 @@ class Walker2dTest(TransitionsTest):
         experience += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
         for recorder in recorders:
             recorder.wait()
-        self.server.stop()
         self.serve(mode="lockstep", **cramped)
         fresh = [self.call("reset", has_seed=True, seed=seed).transition]
         fresh += [self.call("step", action=[0.3] * 6).transition for _ in range(5)]
-        self.assertTrue(all(map(same_experience, experience, fresh)))
+        self.assert_same_experiences(experience, fresh)
 
     def test_failed_resets_are_retried_once_a_second(self):
         cramped = {**self.cramped_walker(), "reset_noise_scale": 1e6}  # half of all resets fail
         self.serve(**cramped, paused=True)
         seed = self.find_failures(4)
-        self.server.stop()
         self.serve(**cramped, seed=str(seed), real_time_factor=0.0, max_episode_steps=50)
         self.transitions.wait(lambda m: m.episode == 2, "the second attempt")
         begin, used = time.monotonic(), self.server.processor_time()
@@ -231,7 +229,6 @@ class Walker2dTest(TransitionsTest):
         cramped = self.cramped_walker()
         self.serve(**cramped, paused=True)
         good, bad = self.sort_seeds()
-        self.server.stop()
         self.serve(**cramped, seed=str(bad[0]), auto_reset=False)
         episode = self.record("/episode", Episode).wait()
         self.assertEqual(episode.end_reason, "terminated: the simulation failed at its reset")

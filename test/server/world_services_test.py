@@ -1,7 +1,6 @@
 """Worlds over ROS: whose they are, from when on, what was drawn, records, and refusals."""
 
 import copy
-import random
 import subprocess
 
 from bare_ros import TIMEOUT
@@ -9,8 +8,8 @@ from server_harness import (
     DT,
     STATE_TOPICS,
     ServerTest,
-    bits,
     nanoseconds,
+    random_actions,
     same_experience,
 )
 from walker_sim.msg import (
@@ -45,28 +44,12 @@ def values_of(parameters):
     return {each.name: each.low for each in parameters}
 
 
-def actions(count, size, seed=1):
-    draw = random.Random(seed)
-    return [[draw.uniform(-1, 1) for _ in range(size)] for _ in range(count)]
-
-
 class WorldServicesTest(ServerTest):
-    def play(self, count, size=4, seed=1):
-        """Steps until the end of the episode at most. Returns the transitions."""
-        step, played = self.client("step"), []
-        for action in actions(count, size, seed):
-            played.append(step(action=action).transition)
-            if played[-1].terminated or played[-1].truncated:
-                break
-        return played
+    def walk(self, count, size=4, seed=1):
+        return self.play(random_actions(size, count, seed))
 
     def reset(self, seed=3, wanted=None):
         return self.ask("reset", has_seed=True, seed=seed, world=wanted or World())
-
-    def assert_same(self, some, others):
-        self.assertEqual(len(some), len(others))
-        for one, other in zip(some, others):
-            self.assertTrue(same_experience(one, other), (one, other))
 
     def test_set_world_can_be_typed(self):
         self.serve(mode="lockstep")
@@ -88,11 +71,11 @@ class WorldServicesTest(ServerTest):
         episodes = self.record("/episode", Episode)
         begun = self.reset()
         self.assertEqual(begun.world, [])
-        played = self.play(20)
+        played = self.walk(20)
         self.reset()
-        first = self.play(10)
+        first = self.walk(10)
         self.ask("set_world", worlds=[world(gravity=(-5.0, -3.0), dropout=0.0)])
-        self.assert_same(first + self.play_rest(10, 20), played)
+        self.assert_same_experiences(first + self.walk_rest(10, 20), played)
         spec = specs.wait(lambda m: m.world.parameters)
         self.assertEqual(ranges_of(spec.world.parameters), {"dropout": (0, 0), "gravity": (-5, -3)})
         self.assertEqual(spec.world.preset, "")
@@ -103,27 +86,14 @@ class WorldServicesTest(ServerTest):
         episode = episodes.wait(lambda m: m.episode == 3)
         self.assertEqual(values_of(episode.world), drawn)
         self.assertEqual(episodes.wait(lambda m: m.episode == 1).world, [])
-        self.assertFalse(same_experience(self.play(10)[-1], played[9]))
+        self.assertFalse(same_experience(self.walk(10)[-1], played[9]))
         self.ask("set_world", worlds=[world("gymnasium")], environments=[0])
         self.assertEqual(specs.wait(lambda m: m.world.preset == "gymnasium").world.parameters, [])
         self.reset()
-        self.assert_same(self.play(20), played)
+        self.assert_same_experiences(self.walk(20), played)
 
-    def play_rest(self, begin, end, size=4):
-        step = self.client("step")
-        return [step(action=action).transition for action in actions(end, size)[begin:]]
-
-    def test_world_of_a_reset_holds_for_the_following(self):
-        self.serve(mode="lockstep", world="slippery")
-        slippery = values_of(self.reset().world)
-        self.assertEqual(list(slippery), ["friction_scale"])
-        moon = world("moon", push_interval=0.5)
-        for wanted in (moon, None, None):
-            self.assertEqual(
-                values_of(self.reset(wanted=wanted).world), {"gravity": -1.62, "push_interval": 0.5}
-            )
-        self.assertEqual(self.reset(wanted=world("gymnasium")).world, [])
-        self.assertEqual(self.reset().world, [])
+    def walk_rest(self, begin, end):
+        return self.play(random_actions(4, end)[begin:])
 
     def test_free_running_server_keeps_its_world(self):
         self.serve(world="{gravity: [-12, -8]}", max_episode_steps=20, real_time_factor=0.0)
@@ -146,37 +116,35 @@ class WorldServicesTest(ServerTest):
                 records = self.record("/episode_record", EpisodeRecord)
                 begun = self.reset()
                 self.assertEqual(len(values_of(begun.world)), NUM_MIXED)
-                present = self.play(5, size)[-1]
+                present = self.walk(5, size)[-1]
                 record = self.ask("snapshot").record
-                future = self.play(300, size, 2)
+                future = self.walk(300, size, 2)
                 self.reset(4)
                 published = records.wait()
                 for message in (record, published):
                     self.assertEqual(str(message.episode.world), str(begun.world))
-                self.server.stop()
 
                 self.serve(mode="lockstep", env=identifier, world="{gravity: -20}")
                 restored = self.ask("restore", record=record)
                 self.assertTrue(same_experience(restored.transition, present))
                 self.assertEqual(str(restored.world), str(begun.world))
-                self.assert_same(self.play(300, size, 2), future)
+                self.assert_same_experiences(self.walk(300, size, 2), future)
                 own = values_of(self.reset().world)
                 self.assertEqual(own, {"gravity": -20}, "a restore leaves the server's own")
                 numbers = self.reset(wanted=World("", begun.world))
                 self.assertEqual(str(numbers.world), str(begun.world))
                 self.assertTrue(same_experience(numbers.transition, begun.transition))
-                self.assertTrue(same_experience(self.play(5, size)[-1], present))
-                self.assert_same(self.play(300, size, 2), future)
-                self.server.stop()
+                self.assertTrue(same_experience(self.walk(5, size)[-1], present))
+                self.assert_same_experiences(self.walk(300, size, 2), future)
 
     def test_refusals_change_nothing(self):
         self.serve(mode="lockstep", world="{gravity: -4}")
         self.reset()
-        played = self.play(20)
+        played = self.walk(20)
         specs = self.record("/spec", EnvironmentSpec)
         transitions = self.record("/transition", Transition)
         self.reset()
-        first = self.play(10)
+        first = self.walk(10)
         count = len(transitions.wait_count(11))
         cases = [
             (world("moom"), "world preset moom: unknown; did you mean moon?"),
@@ -201,7 +169,7 @@ class WorldServicesTest(ServerTest):
         reply = self.call("set_world", worlds=[])
         self.assertFalse(reply.success)
         self.assertIn("worlds has 0 values; must have 1", reply.status_message)
-        self.assert_same(first + self.play_rest(10, 20), played)
+        self.assert_same_experiences(first + self.walk_rest(10, 20), played)
         self.assertEqual(len(transitions.wait_count(count + 10)), count + 10)
         self.assertEqual(values_of(self.reset().world), {"gravity": -4})
         self.assertEqual(len(specs.messages()), 1, "the latched one")
@@ -209,7 +177,7 @@ class WorldServicesTest(ServerTest):
     def test_restore_refuses_wrong_worlds(self):
         self.serve(mode="lockstep", world="{gravity: -4}")
         self.reset()
-        self.play(5)
+        self.walk(5)
         record = self.ask("snapshot").record
         number = record.episode.episode
         cases = [
@@ -229,52 +197,19 @@ class WorldServicesTest(ServerTest):
         self.assertEqual(self.ask("snapshot").record.episode.episode, number)
         self.assertEqual(self.ask("restore", record=record).transition.step, 5)
 
-    def test_batch_has_different_worlds(self):
-        """Each environment equals the only one of a server with its world and seed, to the bit."""
-        self.serve(mode="lockstep", num_envs=3, max_episode_steps=30, autoreset_mode="next_step")
-        worlds = [world("moon"), world("gymnasium"), world("laggy", gravity=(-12.0, -8.0))]
-        reply = self.ask("reset_batch", has_seed=[1] * 3, seeds=[7, 8, 9], worlds=worlds)
-        self.assertEqual([each.environment for each in reply.worlds], [0, 2])
-        drawn = {each.environment: values_of(each.parameters) for each in reply.worlds}
-        self.assertEqual(drawn[0], {"gravity": -1.62})
-        rows, resets = [reply.observations], []
-        step = self.client("step_batch")
-        for number, action in enumerate(actions(62, 4)):
-            reply = step(actions=action * 3)
-            rows.append(reply.observations)
-            resets += [(number + 1, *(each.environment for each in reply.worlds))] * bool(
-                reply.worlds
-            )
-        self.assertEqual(resets[0], (31, 0, 2), resets)
-        self.server.stop()
-        for environment, seed in enumerate((7, 8, 9)):
-            self.serve(mode="lockstep", max_episode_steps=30)
-            begun = self.reset(seed, worlds[environment])
-            self.assertEqual(values_of(begun.world), drawn.get(environment, {}))
-            states = [begun.transition]
-            single = self.client("step")
-            for action in actions(62, 4):
-                ended = states[-1].truncated or states[-1].terminated
-                reply = self.ask("reset") if ended else single(action=action)
-                states.append(reply.transition)
-            for state, row in zip(states, rows):
-                part = row[environment * 24 : environment * 24 + 24]
-                self.assertEqual(bits(state.observation), bits(part))
-            self.server.stop()
-
     def test_stamps_of_a_delayed_world_are_those_of_the_measurements(self):
         self.serve(mode="lockstep", world="{observation_delay: 0.06, dropout: 0.2}")
         topics = ("joint_states", "imu", "odom", "contacts", "scan")
         heard = [self.record(f"/{name}", STATE_TOPICS[f"/{name}"]) for name in topics]
         transforms = self.record("/tf", STATE_TOPICS["/tf"])
         stamps = [nanoseconds(self.reset().transition)]
-        for action in actions(40, 4):
+        for action in random_actions(4, 40):
             stamps.append(nanoseconds(self.ask("step", action=action).transition))
             transforms.at(stamps[-1])  # the other topics' queues hold the newest message only
         last = nanoseconds(self.reset(4).transition)
         for recorder in heard:
             recorder.at(last)
-            found = [nanoseconds(message) for message in recorder.messages()]
+            found = recorder.stamps()
             self.assertEqual(found, sorted(set(found)), "strictly increasing")
             self.assertEqual(set(found[:-1]) - set(stamps[:-3]), set(), "at least three steps old")
             self.assertGreater(len(found), 10)
@@ -286,7 +221,7 @@ class WorldServicesTest(ServerTest):
         """Those from before the first subscriber or a ~restore: their stamps or values are lost."""
         self.serve(mode="lockstep", world="{observation_delay: 0.06}")
         self.reset()
-        before = self.play(5)
+        before = self.walk(5)
         record = self.ask("snapshot").record
         heard = self.record("/joint_states", STATE_TOPICS["/joint_states"])
         first = nanoseconds(before[-1]) + DT
@@ -297,8 +232,7 @@ class WorldServicesTest(ServerTest):
         self.step_and_hear(6, later, heard)
         last = nanoseconds(self.reset(4).transition)
         heard.at(last)
-        stamps = [nanoseconds(message) for message in heard.messages()]
-        self.assertEqual(stamps, [*expected, *later, last])
+        self.assertEqual(heard.stamps(), [*expected, *later, last])
 
     def step_and_hear(self, num_steps, stamps, heard):
         """Steps, and awaits these stamps after the last steps: the queue holds one message."""

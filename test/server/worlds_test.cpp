@@ -10,7 +10,7 @@
 
 #include "bits.h"
 #include "error_message.h"
-#include "ros/worlds.h"
+#include "ros/records.h"
 #include "server/environments.h"
 #include "walker_sim/registry.h"
 
@@ -58,26 +58,26 @@ struct Batch3 {
     return options;
   }
 
-  walker_sim::ResetBatch::Response reset(const std::vector<walker_sim::World>& worlds = {},
-                                         const Indices& listed = {}) {
-    walker_sim::ResetBatch::Request request;
+  ResetBatch::Response reset(const std::vector<walker_sim::World>& worlds = {},
+                             const Indices& listed = {}) {
+    ResetBatch::Request request;
     request.environments = listed;
     request.worlds = worlds;
     request.seeds.assign(listed.empty() ? kSize : listed.size(), kSeed);
     request.has_seed.assign(request.seeds.size(), 1);
-    walker_sim::ResetBatch::Response response;
+    ResetBatch::Response response;
     calls.reset(request, response);
     return response;
   }
 
   void set(const std::vector<walker_sim::World>& worlds, const Indices& listed = {}) {
-    walker_sim::SetWorld::Request request;
+    SetWorld::Request request;
     request.environments = listed;
     request.worlds = worlds;
     calls.set_worlds(request);
   }
 
-  const walker_sim::StepBatch::Response& step() {
+  const StepBatch::Response& step() {
     calls.step(std::vector<double>(kSize * pool.specification().action_size(), 0.5), reply);
     calls.reset_ended(reply);
     return reply;
@@ -101,7 +101,7 @@ struct Batch3 {
   EpisodeStatistics episodes;
   Pool pool;
   BatchCalls calls;
-  walker_sim::StepBatch::Response reply;
+  StepBatch::Response reply;
 };
 
 template <typename Response>
@@ -176,32 +176,26 @@ TEST_P(BatchWorlds, RefusalChangesNothing) {
   const std::string is_wrong = "world parameter dropout = 2.0: must be in [0.0, 1.0]";
   const std::string is_empty =
       " is empty; must have a preset or parameters (Gymnasium's world is the preset gymnasium)";
-  const auto error_of = [](const std::function<void()>& call) {
-    return message_of<std::invalid_argument>(call);
+  const std::string is_too_many =
+      "worlds has 2 values; must have 1 for all, or 3, one per environment";
+  const auto refusal = [&](const std::vector<walker_sim::World>& worlds,
+                           const Indices& listed = {}) {
+    return message_of<std::invalid_argument>([&] { batch.set(worlds, listed); });
   };
-  EXPECT_EQ(error_of([&] { batch.set({wrong}); }), is_wrong);
-  EXPECT_EQ(error_of([&] { batch.set({moon, wrong}, {0, 1}); }), is_wrong);
-  EXPECT_EQ(error_of([&] {
-              batch.set({moon, moon});
-            }),
-            "worlds has 2 values; must have 1 for all, or 3, one per environment");
-  EXPECT_EQ(error_of([&] { batch.set({}); }),
-            "worlds has 0 values; must have 1 for all, or 3, one per environment");
-  EXPECT_EQ(error_of([&] { batch.set({moon, {}}, {0, 1}); }), "worlds[1]" + is_empty);
-  EXPECT_EQ(error_of([&] { batch.set({{}}); }), "worlds[0]" + is_empty);
-  EXPECT_EQ(error_of([&] {
-              batch.set({moon}, {0, 3});
-            }),
-            "environments[1] = 3; must be below num_envs = 3");
-  EXPECT_EQ(error_of([&] {
-              batch.set({moon}, {0, 0});
-            }),
+  const auto reset_refusal = [&](const std::vector<walker_sim::World>& worlds) {
+    return message_of<std::invalid_argument>([&] { batch.reset(worlds); });
+  };
+  EXPECT_EQ(refusal({wrong}), is_wrong);
+  EXPECT_EQ(refusal({moon, wrong}, {0, 1}), is_wrong);
+  EXPECT_EQ(refusal({moon, moon}), is_too_many);
+  EXPECT_EQ(refusal({}), "worlds has 0 values; must have 1 for all, or 3, one per environment");
+  EXPECT_EQ(refusal({moon, {}}, {0, 1}), "worlds[1]" + is_empty);
+  EXPECT_EQ(refusal({{}}), "worlds[0]" + is_empty);
+  EXPECT_EQ(refusal({moon}, {0, 3}), "environments[1] = 3; must be below num_envs = 3");
+  EXPECT_EQ(refusal({moon}, {0, 0}),
             "environments[1] = 0; is listed before, and each may be listed once");
-  EXPECT_EQ(error_of([&] { batch.reset({moon, wrong, moon}); }), is_wrong);
-  EXPECT_EQ(error_of([&] {
-              batch.reset({moon, moon});
-            }),
-            "worlds has 2 values; must have 1 for all, or 3, one per environment");
+  EXPECT_EQ(reset_refusal({moon, wrong, moon}), is_wrong);
+  EXPECT_EQ(reset_refusal({moon, moon}), is_too_many);
   for (std::uint32_t i = 0; i < kSize; ++i) {
     EXPECT_EQ(batch.pool.episode(i).world(), kGravity);
     EXPECT_EQ(batch.pool.episode(i).state().episode, 1U);

@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <stdexcept>
-#include <string>
 #include <thread>
 #include <utility>
 
@@ -13,11 +10,8 @@
 #include "error_message.h"
 #include "walker_sim/client.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Peer;
-using test::ScriptedServer;
 
 TimePoint in_seconds(double seconds) {
   return std::chrono::steady_clock::now() +
@@ -46,7 +40,7 @@ ScriptedServer::Script saying(const std::string& text) {
   };
 }
 
-const std::string kFound = test::xml_answer(1, "rosrpc URI", "rosrpc://walker:4242");
+const std::string kFound = xml_answer(1, "rosrpc URI", "rosrpc://walker:4242");
 
 std::string parse_error(const std::string& uri) {
   return message_of<std::invalid_argument>([&] { parse_uri(uri, "http"); });
@@ -71,7 +65,7 @@ TEST(LookUp, FindsTheService) {
   std::string asked;
   EXPECT_EQ(outcome([&](Peer& peer) {
               asked = peer.take_post();
-              peer.give(test::http_answer(kFound));
+              peer.give(http_answer(kFound));
             }),
             "walker:4242");
   EXPECT_NE(asked.find("<methodName>lookupService</methodName>"), std::string::npos) << asked;
@@ -93,30 +87,30 @@ TEST(LookUp, AcceptsOtherFormsOfAnAnswer) {
 TEST(LookUp, AcceptsAnAnswerInPieces) {
   EXPECT_EQ(outcome([](Peer& peer) {
               peer.take_post();
-              for (const char c : test::http_answer(kFound)) peer.give(std::string(1, c));
+              for (const char c : http_answer(kFound)) peer.give(std::string(1, c));
             }),
             "walker:4242");
 }
 
 TEST(LookUp, NamesTheUnknownService) {
-  EXPECT_EQ(outcome(saying(test::http_answer(test::xml_answer(-1, "un\xFFknown", "")))),
+  EXPECT_EQ(outcome(saying(http_answer(xml_answer(-1, "un\xFFknown", "")))),
             "it does not know /walker_sim/step (un\\xffknown): is the server running, under this "
             "name, and in a version that has this service?");
 }
 
 TEST(LookUp, RejectsAnswersOfAnotherType) {
   const auto xml = [](const std::string& value) {
-    return test::http_answer("<methodResponse><params><param><value>" + value +
-                             "</value></param></params></methodResponse>");
+    return http_answer("<methodResponse><params><param><value>" + value +
+                       "</value></param></params></methodResponse>");
   };
   for (const char* value :
        {"1", "<array><data></data></array>",
         "<array><data><value>1</value><value>a</value><value>b</value></data></array>"}) {
     EXPECT_EQ(outcome(saying(xml(value))), "its answer to lookupService is not [code, text, URI]");
   }
-  EXPECT_EQ(outcome(saying(test::http_answer(test::xml_answer(1, "", "http://a:1")))),
+  EXPECT_EQ(outcome(saying(http_answer(xml_answer(1, "", "http://a:1")))),
             "\"http://a:1\"; must be rosrpc://HOST:PORT");
-  EXPECT_EQ(outcome(saying(test::http_answer("<methodResponse>"))),
+  EXPECT_EQ(outcome(saying(http_answer("<methodResponse>"))),
             "not an XML-RPC answer: no <params> at byte 16");
 }
 
@@ -186,7 +180,7 @@ TEST(LookUp, TimesOutAtTheDeadline) {
 }
 
 TEST(LookUp, NamesAMasterThatIsNotRunning) {
-  const std::string uri = "http://127.0.0.1:" + std::to_string(test::dead_port());
+  const std::string uri = "http://127.0.0.1:" + std::to_string(dead_port());
   EXPECT_EQ(
       message_of<ConnectionError>(
           [&] { look_up_service(uri, "/walker_sim/step", Deadline(in_seconds(kTimeout))); }),
@@ -199,4 +193,4 @@ TEST(LookUp, NamesAMasterThatIsNotRunning) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

@@ -12,22 +12,14 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <chrono>
-#include <functional>
 #include <future>
-#include <string>
 
 #include "client/scripted_server.h"
 #include "error_message.h"
 #include "walker_sim/client.h"
-#include "wire/channel.h"
-#include "wire/local_address.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Peer;
-using test::ScriptedServer;
 
 constexpr std::chrono::seconds kHang{10};  // only a failure takes this long
 
@@ -252,4 +244,4 @@ TEST(Socket, ChecksForSignalsPeriodically) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

@@ -3,12 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdint>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 #include "error_message.h"
 
 namespace walker::tcpros {
@@ -74,8 +68,6 @@ TEST(MessageReader, DoesNotAdvanceInATruncatedText) {
     EXPECT_EQ(reader.size(), size);
   }
 }
-
-// ---------------------------------------------------------------- connection headers
 
 Bytes bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
 

@@ -19,27 +19,22 @@
 namespace walker {
 namespace {
 
-struct CachedRenderer {
-  Parameters camera;
-  std::unique_ptr<Renderer> renderer;
-};
-
-/// Cache, most recently used first: making a renderer takes longer than rendering with it.
-using Renderers = std::list<CachedRenderer>;
+/// Cache by camera, most recently used first: making a renderer takes longer than rendering with
+/// it.
+using Renderers = std::list<std::pair<Parameters, std::unique_ptr<Renderer>>>;
 
 /// Takes the renderer of this camera out of the cache, or makes it and if needed evicts another.
 Renderers take_renderer(const Parameters& camera, const RenderThread::MakeRenderer& make,
                         Renderers& cache) {
   constexpr std::size_t kMax = 4;  // each may hold an OpenGL context
   Renderers taken;
-  const auto found = std::find_if(cache.begin(), cache.end(), [&](const CachedRenderer& cached) {
-    return cached.camera == camera;
-  });
+  const auto found = std::find_if(cache.begin(), cache.end(),
+                                  [&](const auto& cached) { return cached.first == camera; });
   if (found != cache.end()) {
     taken.splice(taken.begin(), cache, found);
   } else {
     if (cache.size() == kMax) cache.pop_back();
-    taken.push_front({camera, make(camera)});
+    taken.emplace_front(camera, make(camera));
   }
   return taken;
 }
@@ -124,7 +119,7 @@ void RenderThread::run() {
     if (!job.is_wanted()) continue;
     try {
       Renderers taken = take_renderer(job.camera, make_renderer_, cache);
-      Renderer& renderer = *taken.front().renderer;
+      Renderer& renderer = *taken.front().second;
       renderer.render(job.captured, job.channels, image);
       cache.splice(cache.begin(), taken);  // not if it throws, as it may not work again
       ++num_rendered_;
@@ -163,19 +158,18 @@ void ServerCamera::show(ros::Time stamp) {
     tf_publisher_.publish(transforms_);
     publisher_.publish(image_, camera_info_);
   };
-  job.fail = [this](const std::string& why) {
-    if (throttle_.passes()) log_failure(why);
-  };
+  job.fail = [this](const std::string& why) { log_failure(throttle_, why); };
   try {
     shown_.capture(job.captured);
     thread_.render(std::move(job));
   } catch (const std::exception& error) {  // the step itself has succeeded
     static Throttle throttle;
-    if (throttle.passes()) log_failure(error.what());
+    log_failure(throttle, error.what());
   }
 }
 
-void ServerCamera::log_failure(const std::string& why) const {
+void ServerCamera::log_failure(Throttle& throttle, const std::string& why) const {
+  if (!throttle.passes()) return;
   ROS_ERROR_STREAM("No pictures on " << publisher_.getTopic() << ": " << why);
 }
 

@@ -23,7 +23,7 @@
 #include "server/environments.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
-#include "server/transport/pending_answer.h"
+#include "server/transport/waking.h"
 #include "walker_sim/Render.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
@@ -96,7 +96,7 @@ class ServerCamera {
   const RenderThread& thread() const { return thread_; }
 
  private:
-  void log_failure(const std::string& why) const;
+  void log_failure(Throttle& throttle, const std::string& why) const;
 
   Pool& pool_;
   Episode& shown_;

@@ -23,9 +23,6 @@ class LockstepDrive : public Drive {
  public:
   using Drive::Drive;
 
-  void take_command(const std::vector<double>& /*efforts*/, const std::string& /*agent*/) override {
-    simulation_.refuse_command("effort command: in mode lockstep only ~step drives the walker");
-  }
   bool takes_commands() const override { return false; }
   void set_real_time_factor(double /*factor*/) override {
     throw std::logic_error(
@@ -61,7 +58,11 @@ class RunningDrive : public Drive {
     if (waits_to_reset_again(now)) {
       restart_schedule();  // no deadline counts as missed meanwhile
     } else if (is_step_due(now)) {
-      step();
+      if (!state().has_begun() || state().has_ended()) {
+        begin_episode(std::nullopt, std::nullopt);
+      } else {
+        simulation_.step_by_command();
+      }
     }
   }
 
@@ -73,9 +74,6 @@ class RunningDrive : public Drive {
                                           : ": the episode has ended, and ~reset begins the next"));
   }
 
-  void take_command(const std::vector<double>& efforts, const std::string& agent) override {
-    simulation_.take_command(efforts, agent);
-  }
   bool takes_commands() const override { return true; }
 
   std::string pause() override {
@@ -110,14 +108,6 @@ class RunningDrive : public Drive {
   virtual Clock::duration until_step(Clock::time_point now) const = 0;
   /// Whether to make the next step now. Called only if it may be made.
   virtual bool is_step_due(Clock::time_point now) = 0;
-
-  void step() {
-    if (!state().has_begun() || state().has_ended()) {
-      begin_episode(std::nullopt, std::nullopt);
-    } else {
-      simulation_.step_by_command();
-    }
-  }
 
   const EpisodeState& state() const { return simulation_.shown().state(); }
   bool runs() const { return !is_paused_ && (auto_reset_ || !state().has_ended()); }

@@ -48,8 +48,7 @@ class Drive {
   /// Called after a pause or a reset: the next step is due a period later, and none is missed.
   virtual void restart_schedule() { simulation_.timing().interrupt(); }
 
-  /// @param agent name of the node that sent the effort command
-  virtual void take_command(const std::vector<double>& efforts, const std::string& agent) = 0;
+  /// Whether effort commands drive the walker.
   virtual bool takes_commands() const = 0;
 
   /// @param factor simulation time over wall time, 0 .. 1000; 0: as fast as possible

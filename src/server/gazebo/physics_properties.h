@@ -8,7 +8,9 @@
 #include <ros/serialization.h>
 #include <ros/service_traits.h>
 #include <std_srvs/Empty.h>
+#include <boost/array.hpp>
 
+#include "walker_sim/SetRealTimeFactor.h"
 #include "walker_sim/specification.h"
 
 namespace walker {
@@ -19,26 +21,9 @@ class Drive;
 // MD5 sum and order of fields.
 namespace walker::gazebo {
 
-/// gazebo_msgs/ODEPhysics: settings of the engine that Gazebo runs by default.
-struct OdePhysics {
-  std::uint8_t auto_disable_bodies = 0;
-  std::uint32_t sor_pgs_precon_iters = 0;
-  std::uint32_t sor_pgs_iters = 0;
-  double sor_pgs_w = 0;
-  double sor_pgs_rms_error_tol = 0;
-  double contact_surface_layer = 0;
-  double contact_max_correcting_vel = 0;
-  double cfm = 0;
-  double erp = 0;
-  std::uint32_t max_contacts = 0;
-
-  template <typename Message, typename Visit>
-  static void visit_fields(Message& m, const Visit& visit) {
-    visit(m.auto_disable_bodies, m.sor_pgs_precon_iters, m.sor_pgs_iters, m.sor_pgs_w,
-          m.sor_pgs_rms_error_tol, m.contact_surface_layer, m.contact_max_correcting_vel, m.cfm,
-          m.erp, m.max_contacts);
-  }
-};
+/// gazebo_msgs/ODEPhysics, as serialized: settings of the engine that Gazebo runs by default. They
+/// are ignored in a request and 0 in a response.
+using OdePhysics = boost::array<std::uint8_t, 61>;
 
 struct GetPhysicsProperties {
   using Request = std_srvs::Empty::Request;
@@ -47,7 +32,7 @@ struct GetPhysicsProperties {
     std::uint8_t pause = 0;          ///< 1: nothing moves without a service call
     double max_update_rate = 0;      ///< steps per second of wall time; 0: no limit [Hz]
     geometry_msgs::Vector3 gravity;  ///< [m/s^2]
-    OdePhysics ode_config;
+    OdePhysics ode_config{};
     std::uint8_t success = 0;
     std::string status_message;
 
@@ -64,22 +49,14 @@ struct SetPhysicsProperties {
     double time_step = 0;            ///< [s]
     double max_update_rate = 0;      ///< as in GetPhysicsProperties [Hz]
     geometry_msgs::Vector3 gravity;  ///< [m/s^2]
-    OdePhysics ode_config;
+    OdePhysics ode_config{};
 
     template <typename Message, typename Visit>
     static void visit_fields(Message& m, const Visit& visit) {
       visit(m.time_step, m.max_update_rate, m.gravity, m.ode_config);
     }
   };
-  struct Response {
-    std::uint8_t success = 0;
-    std::string status_message;
-
-    template <typename Message, typename Visit>
-    static void visit_fields(Message& m, const Visit& visit) {
-      visit(m.success, m.status_message);
-    }
-  };
+  using Response = walker_sim::SetRealTimeFactor::Response;  // the same fields
 };
 
 /// Returns step, pace, pause and gravity. `set_physics_properties` accepts what it returns.
@@ -94,8 +71,6 @@ void set_physics_properties(const SetPhysicsProperties::Request& request,
                             SetPhysicsProperties::Response& response);
 
 }  // namespace walker::gazebo
-
-// ---------------------------------------------------------------- traits that roscpp requires
 
 namespace ros::service_traits {
 
@@ -131,15 +106,10 @@ struct FieldSerializer {
 };
 
 template <>
-struct Serializer<walker::gazebo::OdePhysics> : FieldSerializer<walker::gazebo::OdePhysics> {};
-template <>
 struct Serializer<walker::gazebo::GetPhysicsProperties::Response>
     : FieldSerializer<walker::gazebo::GetPhysicsProperties::Response> {};
 template <>
 struct Serializer<walker::gazebo::SetPhysicsProperties::Request>
     : FieldSerializer<walker::gazebo::SetPhysicsProperties::Request> {};
-template <>
-struct Serializer<walker::gazebo::SetPhysicsProperties::Response>
-    : FieldSerializer<walker::gazebo::SetPhysicsProperties::Response> {};
 
 }  // namespace ros::serialization

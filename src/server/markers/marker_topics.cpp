@@ -9,8 +9,6 @@
 namespace walker {
 namespace {
 
-using visualization_msgs::MarkerArray;
-
 // Viewers that are briefly slow must not miss a scene, the floors that follow it, or the path,
 // which only some of the state messages contain.
 constexpr std::uint32_t kSceneQueue = 20;
@@ -85,8 +83,8 @@ double MarkerTopics::floor_center() {
   return std::isfinite(x) ? walker::floor_center(*floor_, x) : floor_center_;
 }
 
-std_msgs::Header MarkerTopics::header() const {
-  std_msgs::Header header;
+Header MarkerTopics::header() const {
+  Header header;
   header.stamp = stamp_;
   header.frame_id = frame_;
   return header;

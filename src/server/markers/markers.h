@@ -21,32 +21,37 @@
 
 namespace walker {
 
+using std_msgs::Header;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
 // Every `header` has the odometry frame and the stamp.
 
-/// A marker with all fields that rviz requires: identity pose, unit scale, opaque white.
-visualization_msgs::Marker make_marker(const std_msgs::Header& header, const char* name, int type);
+/// A marker with all fields that rviz requires, at the identity pose.
+/// @param scale width of lines, diameter of spheres or height of text [m]; 1: triangles
+/// @param color of what has no colour of its own
+Marker make_marker(const Header& header, const char* name, int type, double scale = 1,
+                   const Color& color = {1, 1, 1, 1});
 
 /// A marker that deletes the marker of this name.
-visualization_msgs::Marker deletion(const std_msgs::Header& header, const char* name);
+Marker deletion(const Header& header, const char* name);
 
 std_msgs::ColorRGBA to_color(const Color& color);
 
 /// Terrain, obstacles, clouds and flags, after a marker that deletes those of the previous episode.
 /// They change only at a reset. The floor is a separate marker because it follows the walker.
-visualization_msgs::MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header);
+MarkerArray scene_markers(const Scene& scene, const Header& header);
 
 /// Centre of the drawn floor for a walker at `x` [m]: `x` rounded to four tiles to change seldom.
 double floor_center(const Floor& floor, double x);
 
 /// Tiles of a floor around `center`, paler with distance. The pattern is fixed in the world.
 /// @param center as `floor_center` returns it
-visualization_msgs::Marker floor_marker(const Floor& floor, double center,
-                                        const std_msgs::Header& header);
+Marker floor_marker(const Floor& floor, double center, const Header& header);
 
 /// The range finder's rays, the feet's contacts and a text about the episode.
-visualization_msgs::MarkerArray state_markers(const Specification& specification,
-                                              const Sensors& sensors, const EpisodeState& state,
-                                              const std_msgs::Header& header);
+MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
+                          const EpisodeState& state, const Header& header);
 
 /// Lowest point of the link's shapes in the world; none if the link has no shape.
 /// @param y    centre of its prisms in y, in the link's frame [m]
@@ -67,7 +72,7 @@ class Path {
   void clear() { points_.clear(); }
 
   /// A line; with fewer than two points, a marker that deletes it.
-  visualization_msgs::Marker marker(const std_msgs::Header& header) const;
+  Marker marker(const Header& header) const;
 
  private:
   std::deque<geometry_msgs::Point> points_;
@@ -92,10 +97,10 @@ class MarkerTopics {
  private:
   bool has_state() const { return shown_.state().has_begun() && shown_.state().error.empty(); }
   double floor_center();
-  visualization_msgs::MarkerArray make_scene();
-  visualization_msgs::MarkerArray make_state();
+  MarkerArray make_scene();
+  MarkerArray make_state();
   void move_floor();
-  std_msgs::Header header() const;
+  Header header() const;
 
   Episode& shown_;
   std::string frame_;

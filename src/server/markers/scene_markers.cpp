@@ -9,10 +9,6 @@
 namespace walker {
 namespace {
 
-using visualization_msgs::Marker;
-using visualization_msgs::MarkerArray;
-
-// ---------------------------------------------------------------- plane shapes with depth
 // rviz draws coloured vertices unlit, so every shade is chosen here.
 
 /// A point of the world's x,z plane [m].
@@ -113,8 +109,6 @@ void add_face(const Outline& outline, double y, const std::vector<Color>& colors
   }
 }
 
-// ---------------------------------------------------------------- the scene
-
 // The world is the plane y = 0, seen from -y. These depths are only visual [m].
 constexpr Depth kGroundDepth{-2, 2};
 constexpr Depth kObstacleDepth{-2.02, 2.02};  // more than the ground's, against flicker
@@ -154,7 +148,7 @@ void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
   add_face(edge, kGroundDepth.far, colors, triangles);
 }
 
-Marker ground_marker(const Scene& scene, const std_msgs::Header& header) {
+Marker ground_marker(const Scene& scene, const Header& header) {
   constexpr double kEndShade = 0.8;
   Marker marker = make_marker(header, "ground", Marker::TRIANGLE_LIST);
   for (std::size_t i = 0; i < scene.ground.size(); ++i) {
@@ -226,7 +220,7 @@ void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
   }
 }
 
-Marker cloud_marker(const Scene& scene, const std_msgs::Header& header) {
+Marker cloud_marker(const Scene& scene, const Header& header) {
   constexpr std::size_t kRows = 3;
   Marker marker = make_marker(header, "clouds", Marker::TRIANGLE_LIST);
   for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
@@ -270,7 +264,7 @@ double floor_center(const Floor& floor, double x) {
   return step * std::round(x / step);
 }
 
-Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& header) {
+Marker floor_marker(const Floor& floor, double center, const Header& header) {
   // Extent in tiles: beyond both sides of the picture, and as deep as looks good.
   constexpr int kAhead = 20;
   constexpr int kNear = -7;
@@ -292,14 +286,13 @@ Marker floor_marker(const Floor& floor, double center, const std_msgs::Header& h
   return marker;
 }
 
-MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
+MarkerArray scene_markers(const Scene& scene, const Header& header) {
   MarkerArray array;
   array.markers.push_back(deletion(header, ""));
   array.markers.back().action = Marker::DELETEALL;
   append_if_any(ground_marker(scene, header), array);
   Marker obstacles = make_marker(header, "obstacles", Marker::TRIANGLE_LIST);
-  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST);
-  outlines.scale.x = kOutlineWidth;
+  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST, kOutlineWidth);
   for (const ScenePolygon& obstacle : scene.obstacles) {
     if (is_drawable(obstacle.points)) add_obstacle(obstacle, obstacles, outlines);
   }
@@ -307,8 +300,7 @@ MarkerArray scene_markers(const Scene& scene, const std_msgs::Header& header) {
   append_if_any(outlines, array);
   append_if_any(cloud_marker(scene, header), array);
   Marker flags = make_marker(header, "flags", Marker::TRIANGLE_LIST);
-  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST);
-  poles.scale.x = kPoleWidth;
+  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST, kPoleWidth);
   for (const Flag& flag : scene.flags) {
     if (is_finite({flag.x, flag.z}) && std::isfinite(flag.height)) add_flag(flag, flags, poles);
   }

@@ -14,9 +14,6 @@
 namespace walker {
 namespace {
 
-using visualization_msgs::Marker;
-using visualization_msgs::MarkerArray;
-
 // Sizes of the range finder's markers [m].
 constexpr double kRayWidth = 0.025;
 constexpr double kHitDiameter = 0.14;
@@ -100,18 +97,14 @@ double reach_of(const Specification& specification) {
 }
 
 /// Appends red rays to their hits, faint rays of maximum range without one, and a ball at each hit.
-void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_msgs::Header& header,
+void append_rays(const RangeFinder& finder, const Sensors& sensors, const Header& header,
                  MarkerArray& array) {
   const Eigen::Vector3d origin = to_eigen(sensors.link_poses.front().position);
   // rviz ignores the alpha of a single line, so the faint rays need their own marker.
-  Marker rays = make_marker(header, "rays", Marker::LINE_LIST);
-  Marker missed_rays = make_marker(header, "missed_rays", Marker::LINE_LIST);
-  Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST);
-  rays.scale.x = missed_rays.scale.x = kRayWidth;
-  hits.scale.x = hits.scale.y = hits.scale.z = kHitDiameter;
-  rays.color = to_color(kRayColor);
-  missed_rays.color = to_color(kMissedRayColor);
-  hits.color = to_color(kHitColor);
+  Marker rays = make_marker(header, "rays", Marker::LINE_LIST, kRayWidth, kRayColor);
+  Marker missed_rays =
+      make_marker(header, "missed_rays", Marker::LINE_LIST, kRayWidth, kMissedRayColor);
+  Marker hits = make_marker(header, "hits", Marker::SPHERE_LIST, kHitDiameter, kHitColor);
   const geometry_msgs::Point from = tf2::toMsg(origin);
   for (std::size_t i = 0; i < std::min(finder.num_rays, sensors.ranges.size()); ++i) {
     if (std::isnan(sensors.ranges[i])) continue;
@@ -133,10 +126,8 @@ void append_rays(const RangeFinder& finder, const Sensors& sensors, const std_ms
 
 /// A ball at the lowest point of each foot that touches the ground.
 Marker contacts_marker(const Specification& specification, const Sensors& sensors, double diameter,
-                       const std_msgs::Header& header) {
-  Marker marker = make_marker(header, "contacts", Marker::SPHERE_LIST);
-  marker.scale.x = marker.scale.y = marker.scale.z = diameter;
-  marker.color = to_color(kContactColor);
+                       const Header& header) {
+  Marker marker = make_marker(header, "contacts", Marker::SPHERE_LIST, diameter, kContactColor);
   const auto& names = specification.contact_links;
   if (names.empty()) return deletion(header, "contacts");
   const std::map<std::string, Place> places = place_links(specification);
@@ -165,31 +156,31 @@ std::string text_of(const std::string& id, const EpisodeState& state) {
 }
 
 Marker text_marker(const Eigen::Vector3d& trunk, double reach, std::string text,
-                   const std_msgs::Header& header) {
-  Marker marker = make_marker(header, "episode", Marker::TEXT_VIEW_FACING);
+                   const Header& header) {
+  Marker marker =
+      make_marker(header, "episode", Marker::TEXT_VIEW_FACING, kTextHeight * reach, kTextColor);
   const Eigen::Vector3d above(0, 0, kTextAltitude * reach);
   marker.pose.position = tf2::toMsg(Eigen::Vector3d(trunk + above));
-  marker.scale.z = kTextHeight * reach;
-  marker.color = to_color(kTextColor);
   marker.text = std::move(text);
   return marker;
 }
 
 }  // namespace
 
-Marker make_marker(const std_msgs::Header& header, const char* name, int type) {
+Marker make_marker(const Header& header, const char* name, int type, double scale,
+                   const Color& color) {
   Marker marker;
   marker.header = header;
   marker.ns = name;
   marker.type = type;
   marker.action = Marker::ADD;
   marker.pose.orientation.w = 1;
-  marker.scale.x = marker.scale.y = marker.scale.z = 1;
-  marker.color.r = marker.color.g = marker.color.b = marker.color.a = 1;
+  marker.scale.x = marker.scale.y = marker.scale.z = scale;
+  marker.color = to_color(color);
   return marker;
 }
 
-Marker deletion(const std_msgs::Header& header, const char* name) {
+Marker deletion(const Header& header, const char* name) {
   Marker marker = make_marker(header, name, Marker::CUBE);
   marker.action = Marker::DELETE;
   return marker;
@@ -216,7 +207,7 @@ std::optional<Eigen::Vector3d> lowest_point(const Link& link, double y, const Po
 }
 
 MarkerArray state_markers(const Specification& specification, const Sensors& sensors,
-                          const EpisodeState& state, const std_msgs::Header& header) {
+                          const EpisodeState& state, const Header& header) {
   MarkerArray array;
   if (sensors.link_poses.empty()) return array;
   const Eigen::Vector3d trunk = to_eigen(sensors.link_poses.front().position);
@@ -243,12 +234,10 @@ bool Path::add(const Vector3& trunk) {
   return true;
 }
 
-Marker Path::marker(const std_msgs::Header& header) const {
+Marker Path::marker(const Header& header) const {
   constexpr std::size_t kLine = 2;
   if (points_.size() < kLine) return deletion(header, "path");
-  Marker marker = make_marker(header, "path", Marker::LINE_STRIP);
-  marker.scale.x = kPathWidth;
-  marker.color = to_color(kPathColor);
+  Marker marker = make_marker(header, "path", Marker::LINE_STRIP, kPathWidth, kPathColor);
   marker.points.assign(points_.begin(), points_.end());
   return marker;
 }

@@ -88,11 +88,7 @@ std::uint64_t read_reserved() {
 /// Sets `kReservedUntil` to `time` [ns]. @throws std::exception if the master does not accept it
 void write_reserved(const std::string& uri, const std::string& caller, std::uint64_t time) {
   const std::string call =
-      "<?xml version=\"1.0\"?>\n<methodCall><methodName>setParam</methodName><params>"
-      "<param><value><string>" +
-      caller + "</string></value></param><param><value><string>" + kReservedUntil +
-      "</string></value></param><param>" + to_reserved_until(time) +
-      "</param></params></methodCall>\n";
+      xml_rpc::make_call("setParam", {caller, kReservedUntil}, to_reserved_until(time));
   call_master(uri, call, Deadline(Clock::now() + kMasterTimeout));
 }
 

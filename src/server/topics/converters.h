@@ -1,6 +1,7 @@
-// Conversions of the core's types to ROS messages: frames, signs, units.
+// Conversions of the core's types to ROS messages, and of pushes from them: frames, signs, units.
 #pragma once
 
+#include <geometry_msgs/WrenchStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <sensor_msgs/CameraInfo.h>
 #include <sensor_msgs/Image.h>
@@ -89,5 +90,13 @@ void to_message(const Pose& camera, const Frames& frames, ros::Time stamp,
 /// Static transforms: REP 105's base_link, and links fixed on the link that their joint turns.
 tf2_msgs::TFMessage static_transforms(const Specification& specification, const Frames& frames,
                                       ros::Time stamp);
+
+/// Turns a push by hand, a wrench in the frame of a link, which acts at the frame's origin, into
+/// axes of the world.
+/// @param sensors of the present state
+/// @throws std::invalid_argument naming a frame that is no link, a non-finite value, or a component
+///         out of the plane of motion
+LinkWrench to_link_wrench(const geometry_msgs::WrenchStamped& message, const Frames& frames,
+                          const Sensors& sensors);
 
 }  // namespace walker

@@ -2,12 +2,10 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
@@ -21,7 +19,6 @@
 #include <ros/xmlrpc_manager.h>
 
 #include "base/posix.h"
-#include "wire/local_address.h"
 
 namespace walker {
 namespace {
@@ -31,21 +28,18 @@ constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
 
-/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/listening.cpp).
+/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/library_fixes.cpp).
 /// @return the port that the system has chosen
 std::uint16_t listen_anywhere(int descriptor) {
   const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;
-  sockaddr_in ipv4{};
-  ipv4.sin_family = AF_INET;
-  sockaddr_in6 ipv6{};
-  ipv6.sin6_family = AF_INET6;
-  auto* const address =
-      is_ipv6 ? reinterpret_cast<sockaddr*>(&ipv6) : reinterpret_cast<sockaddr*>(&ipv4);
-  socklen_t size = is_ipv6 ? sizeof(ipv6) : sizeof(ipv4);
+  sockaddr_in6 any{};  // a sockaddr_in has its port in the same place
+  any.sin6_family = is_ipv6 ? AF_INET6 : AF_INET;
+  auto* const address = reinterpret_cast<sockaddr*>(&any);
+  socklen_t size = is_ipv6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
   checked(bind(descriptor, address, size), "service port: bind");
   checked(listen(descriptor, SOMAXCONN), "service port: listen");
   checked(getsockname(descriptor, address, &size), "service port: getsockname");
-  return ntohs(is_ipv6 ? ipv6.sin6_port : ipv4.sin_port);
+  return ntohs(any.sin6_port);
 }
 
 int make_socket(int family) {
@@ -232,17 +226,6 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   ppoll(polled_.data(), polled_.size(), &timeout, nullptr);
 }
 
-/// The client's header may not have arrived yet, but the client waits only for the answer to it.
-void ServicePort::turn_away(int descriptor) {
-  const std::string why =
-      "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
-  log_client(shared_, "is refused", why);
-  tcpros::Bytes header;
-  tcpros::append_header({{"error", why}}, header);
-  send(descriptor, header.data(), header.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-  close(descriptor);
-}
-
 void ServicePort::accept_clients(int listener) {
   constexpr int kMaxAtOnce = 64;  // connected clients do not wait for a burst of new ones
   for (int i = 0; i < kMaxAtOnce; ++i) {
@@ -265,7 +248,14 @@ void ServicePort::accept_clients(int listener) {
 
 void ServicePort::welcome(int descriptor) {
   if (is_full()) {
-    turn_away(descriptor);
+    const std::string why =
+        "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
+    log_client(shared_, "is refused", why);
+    tcpros::Bytes header;
+    tcpros::append_header({{"error", why}}, header);
+    // The client's header may not have arrived yet, but the client waits only for the answer to it.
+    send(descriptor, header.data(), header.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    close(descriptor);
     return;
   }
   set(descriptor, IPPROTO_TCP, TCP_NODELAY, 1);

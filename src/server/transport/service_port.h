@@ -16,8 +16,7 @@
 #include <ros/service_traits.h>
 
 #include "base/spin_wait.h"
-#include "ros/checked_stream.h"
-#include "server/transport/pending_answer.h"
+#include "ros/checked_message.h"
 #include "server/transport/service_session.h"
 #include "server/transport/waking.h"
 
@@ -115,7 +114,6 @@ class ServicePort {
   void make_room();
   void remove(std::unique_ptr<ServiceSession>& session);
   void accept_clients(int listener);
-  void turn_away(int descriptor);
 
   int listener_;
   int local_listener_;  // of clients that share memory; negative: its name is taken

@@ -232,16 +232,6 @@ bool ServiceSession::is_gone_while_pending(short happened) {
   return false;
 }
 
-void ServiceSession::reject_long_answer() {
-  if (output_.size() <= kMaxHeldBytes) return;
-  const std::string why = "service " + service_->first + ": an answer of " +
-                          std::to_string(output_.size()) + " bytes; at most " +
-                          std::to_string(kMaxHeldBytes) + " are given";
-  log_client(shared_, "gets no answer", why);
-  free_memory(output_);
-  store_failure(why);
-}
-
 bool ServiceSession::give_way() {
   const std::string why = "its unfinished requests and unread answers hold " +
                           std::to_string(held()) +
@@ -296,8 +286,13 @@ void ServiceSession::answer(const std::uint8_t* request, std::size_t size) {
     pending_ = service_->second.call(request, size, output_);
     if (pending_) {
       output_.clear();
-    } else {
-      reject_long_answer();
+    } else if (output_.size() > kMaxHeldBytes) {
+      const std::string why = "service " + service_->first + ": an answer of " +
+                              std::to_string(output_.size()) + " bytes; at most " +
+                              std::to_string(kMaxHeldBytes) + " are given";
+      log_client(shared_, "gets no answer", why);
+      free_memory(output_);
+      store_failure(why);
     }
   } catch (const std::exception& error) {
     store_failure(printable(error.what()));

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "ros/throttle.h"
-#include "server/transport/pending_answer.h"
+#include "server/transport/waking.h"
 #include "wire/channel.h"
 #include "wire/tcpros.h"
 
@@ -114,7 +114,6 @@ class ServiceSession {
   void answer(const std::uint8_t* request, std::size_t size);
   void take_frame(Outcome& outcome);
   void reject(const std::string& why);
-  void reject_long_answer();
   void store_failure(const std::string& why);
   void consume(std::size_t size);
   void make_room();

@@ -3,20 +3,14 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdint>
-#include <memory>
 #include <stdexcept>
-#include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "server/gate.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Gate;
 
 /// State that the renderers of a test share.
 struct Shared {
@@ -88,7 +82,7 @@ class RenderThreadTest : public testing::Test {
   using Texts = std::vector<std::string>;
 
   Shared shared_;
-  test::Mailbox outcomes_;
+  Mailbox outcomes_;
   std::unique_ptr<RenderThread> thread_;
 };
 
@@ -195,4 +189,4 @@ TEST_F(RenderThreadTest, FinishesTheRunningJobWhenDestroyed) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

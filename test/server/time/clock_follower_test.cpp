@@ -3,10 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <cstdint>
 #include <random>
-#include <string>
 
 namespace walker {
 namespace {

@@ -4,23 +4,16 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <condition_variable>
-#include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include "error_message.h"
 #include "server/gate.h"
 
-namespace walker {
+namespace walker::test {
 namespace {
-
-using test::Gate;
 
 constexpr std::uint64_t kSecond = 1'000'000'000;
 constexpr std::uint64_t kBegin = 100 * kSecond;
@@ -232,4 +225,4 @@ TEST(ReservedUntil, RejectsOtherValues) {
 }
 
 }  // namespace
-}  // namespace walker
+}  // namespace walker::test

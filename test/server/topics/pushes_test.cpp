@@ -1,10 +1,9 @@
-#include "server/topics/pushes.h"
+#include "server/topics/converters.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include "error_message.h"
 

@@ -128,18 +128,6 @@ TEST(EpisodeStatistics, AreZeroWithoutEpisodes) {
   EXPECT_EQ(summary.length_mean, 0);
 }
 
-TEST(EpisodeStatistics, EqualTheOnlyEpisode) {
-  EpisodeStatistics statistics;
-  statistics.add(terminated(-93.5, 81));
-  const auto summary = statistics.summary();
-  EXPECT_EQ(summary.episodes, 1U);
-  EXPECT_EQ(summary.return_mean, -93.5);
-  EXPECT_EQ(summary.return_deviation, 0);
-  EXPECT_EQ(summary.return_min, -93.5);
-  EXPECT_EQ(summary.return_max, -93.5);
-  EXPECT_EQ(summary.length_mean, 81);
-}
-
 TEST(EpisodeStatistics, ComputeMeanAndDeviation) {
   EpisodeStatistics statistics;
   // numpy.std([2, 4, 4, 4, 5, 5, 7, 9]) is 2.
