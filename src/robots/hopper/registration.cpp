@@ -3,8 +3,6 @@
 #include <limits>
 #include <utility>
 
-#include "robots/hopper/kernel/kernel.h"
-#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/locomotion_robot.h"
 
 namespace walker::hopper {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "robots/mujoco/frames.h"
 #include "robots/mujoco/planar_model.h"
 
 namespace walker::mujoco {

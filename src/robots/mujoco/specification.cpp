@@ -14,7 +14,6 @@
 #include "base/engine_release.h"
 #include "base/random.h"
 #include "base/state_bytes.h"
-#include "robots/mujoco/frames.h"
 #include "robots/mujoco/lidar.h"
 #include "robots/mujoco/planar_robot.h"
 

@@ -2,9 +2,7 @@
 
 #include <utility>
 
-#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/locomotion_robot.h"
-#include "robots/walker2d/kernel/kernel.h"
 
 namespace walker::walker2d {
 namespace {

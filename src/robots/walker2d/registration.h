@@ -1,13 +1,17 @@
-// Walker2d's entries in the registry.
+// Walker2d's entries in the registry, and its kernels.
 #pragma once
 
 #include <vector>
 
+#include "robots/mujoco/kernel/kernel_physics.h"
 #include "walker_sim/registry.h"
 
 namespace walker::walker2d {
 
 /// Walker2d-v4 and Walker2d-v5.
 std::vector<Registration> registrations();
+
+/// robots/mujoco/kernel, compiled with the constants of this robot's model.
+const mujoco::kernel::Kernels& kernels();
 
 }  // namespace walker::walker2d

@@ -44,18 +44,6 @@ constexpr int ancestor(int dof, int steps) {
   return dof;
 }
 
-template <typename V, int N>
-struct Constants {
-  V value[N];
-};
-
-template <typename V, int N>
-WALKER_SIM_INLINE inline Constants<V, N> constant(const double* numbers) {
-  Constants<V, N> made;
-  unrolled<N>([&](auto i) WALKER_SIM_INLINE { made.value[i] = numbers[i]; });
-  return made;
-}
-
 template <int W>
 inline void sine_and_cosine(Vector<W> angle, Vector<W>& sine, Vector<W>& cosine) {
   alignas(8 * W) double sines[W];
@@ -89,12 +77,13 @@ WALKER_SIM_INLINE inline void rotate_by_quaternion(V* result, const double* v, c
 }
 
 /// mju_mulQuat; the result may alias a factor.
-template <typename V>
-WALKER_SIM_INLINE inline void multiply_quaternions(V* result, const V* a, const V* b) {
-  const V t0 = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
-  const V t1 = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
-  const V t2 = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1];
-  const V t3 = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
+/// @tparam B V, or double for a constant
+template <typename V, typename B>
+WALKER_SIM_INLINE inline void multiply_quaternions(V* result, const V* a, const B* b) {
+  const V t0 = a[0] * V(b[0]) - a[1] * V(b[1]) - a[2] * V(b[2]) - a[3] * V(b[3]);
+  const V t1 = a[0] * V(b[1]) + a[1] * V(b[0]) + a[2] * V(b[3]) - a[3] * V(b[2]);
+  const V t2 = a[0] * V(b[2]) - a[1] * V(b[3]) + a[2] * V(b[0]) + a[3] * V(b[1]);
+  const V t3 = a[0] * V(b[3]) + a[1] * V(b[2]) - a[2] * V(b[1]) + a[3] * V(b[0]);
   result[0] = t0;
   result[1] = t1;
   result[2] = t2;

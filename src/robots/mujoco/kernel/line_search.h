@@ -32,9 +32,13 @@ inline Point<double> in_lane(const Point<Vector<W>>& point, int lane) {
 template <typename Evaluate>
 class LineSearch {
  public:
+  /// @param evaluate computes the other members of a point from its alpha
   LineSearch(const Evaluate& evaluate, double tolerance)
       : evaluate_(evaluate), tolerance_(tolerance) {}
 
+  /// @param start point at alpha 0
+  /// @param p1    point after the first Newton step, or `start` if its cost is lower
+  /// @return alpha
   double run(const Point<double>& start, Point<double> p1) {
     const double direction = p1.slope < 0 ? 1 : -1;
     Point<double> p2{};
@@ -110,16 +114,6 @@ class LineSearch {
   double tolerance_;
   int count_ = 2;  // evaluations of the start and the first step
 };
-
-/// @param evaluate computes the other members of a point from its alpha
-/// @param start    point at alpha 0
-/// @param first    point after the first Newton step, or `start` if its cost is lower
-/// @return alpha
-template <typename Evaluate>
-double search_on(const Evaluate& evaluate, const Point<double>& start, const Point<double>& first,
-                 double tolerance) {
-  return LineSearch<Evaluate>(evaluate, tolerance).run(start, first);
-}
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
 }  // namespace walker::mujoco::kernel::WALKER_SIM_ROBOT

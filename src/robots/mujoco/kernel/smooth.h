@@ -65,7 +65,7 @@ WALKER_SIM_INLINE inline void kinematics(const V* qpos, Poses<V>& poses) {
     V arm[3];
     rotate_by_matrix(arm, body_pos[body], poses.xmat[parent]);
     unrolled<3>([&](auto k) WALKER_SIM_INLINE { pos[k] = poses.xpos[parent][k] + arm[k]; });
-    multiply_quaternions(quat, poses.xquat[parent], constant<V, 4>(body_quat[body]).value);
+    multiply_quaternions(quat, poses.xquat[parent], body_quat[body]);
     unrolled<body_jntnum[body]>([&](auto jj) WALKER_SIM_INLINE {
       constexpr int j = body_jntadr[body] + jj;
       V* const anchor = poses.xanchor[j];
@@ -98,7 +98,7 @@ WALKER_SIM_INLINE inline void kinematics(const V* qpos, Poses<V>& poses) {
       rotate_by_matrix(poses.xipos[body], body_ipos[body], poses.xmat[body]);
       unrolled<3>([&](auto k) WALKER_SIM_INLINE { poses.xipos[body][k] += pos[k]; });
       V inertial[4];
-      multiply_quaternions(inertial, poses.xquat[body], constant<V, 4>(body_iquat[body]).value);
+      multiply_quaternions(inertial, poses.xquat[body], body_iquat[body]);
       to_matrix(poses.ximat[body], inertial);
     }
   });

@@ -308,8 +308,10 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
     unsigned lanes = to_bits(going_ & ~(abs(there.slope) < tolerance));
     for (; lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(lanes);
-      alpha.set(lane, search_on([&](Point<double>& point) { evaluate_lane(of_gauss, lane, point); },
-                                in_lane(here, lane), in_lane(there, lane), tolerance[lane]));
+      alpha.set(lane,
+                LineSearch([&](Point<double>& point) { evaluate_lane(of_gauss, lane, point); },
+                           tolerance[lane])
+                    .run(in_lane(here, lane), in_lane(there, lane)));
     }
     return select(going_, alpha, zero);
   }

@@ -20,7 +20,7 @@ TEST(LineSearch, StopsOnAnEndlessDescent) {
     ++evaluations;
     point = {point.alpha, -point.alpha, -1, 1};
   };
-  const double alpha = search_on(evaluate, {0, 0, -1, 1}, {1, -1, -1, 1}, kTolerance);
+  const double alpha = LineSearch(evaluate, kTolerance).run({0, 0, -1, 1}, {1, -1, -1, 1});
   EXPECT_EQ(evaluations, 50);
   EXPECT_EQ(alpha, 1 + 50 - kBefore);
 }
@@ -37,7 +37,7 @@ TEST(LineSearch, StopsOnABracketThatOnlyNarrows) {
     ++evaluations;
     point = value_at(point.alpha);
   };
-  const double alpha = search_on(evaluate, value_at(-1), value_at(0), kTolerance);
+  const double alpha = LineSearch(evaluate, kTolerance).run(value_at(-1), value_at(0));
   EXPECT_EQ(evaluations, 50);
   EXPECT_NEAR(alpha, kMinimum, 1e-6);
 }
@@ -55,7 +55,7 @@ TEST(LineSearch, ReturnsTheMidpointIfNothingNarrowsTheBracket) {
       ++evaluations;
       point = value_at(point.alpha);
     };
-    EXPECT_EQ(search_on(evaluate, value_at(1.5 * side), value_at(side), kTolerance), 0);
+    EXPECT_EQ(LineSearch(evaluate, kTolerance).run(value_at(1.5 * side), value_at(side)), 0);
     EXPECT_EQ(evaluations, kBefore + 3);
   }
 }
@@ -71,7 +71,7 @@ TEST(LineSearch, FindsTheMinimumBetweenTwoParabolas) {
   evaluate(start);
   Point<double> first{0.5, 0, 0, 0};
   evaluate(first);
-  EXPECT_NEAR(search_on(evaluate, start, first, kTolerance), 0.3, kTolerance);
+  EXPECT_NEAR(LineSearch(evaluate, kTolerance).run(start, first), 0.3, kTolerance);
 }
 
 }  // namespace

@@ -9,10 +9,10 @@
 #include <sstream>
 #include <utility>
 
-#include "robots/hopper/kernel/kernel.h"
+#include "robots/hopper/registration.h"
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/world_physics.h"
-#include "robots/walker2d/kernel/kernel.h"
+#include "robots/walker2d/registration.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
 
