@@ -160,6 +160,7 @@ def main():
     graph.adopt_orphans()
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
+    machine = describe_machine(graph.ROOT, leave_out=PACKAGES)
     seconds, begin = options.hours * 3600, time.monotonic()
     others = [name for name in options.only if PARTS[name] in SHARES]
     shares = sum(SHARES[PARTS[name]] for name in others)
@@ -178,9 +179,8 @@ def main():
         tally.check("runs to its end", False, "interrupted")
         for part in beside:
             part.stop()
-    machine = describe_machine(graph.ROOT, leave_out=PACKAGES)
     head = {
-        **{name: machine[name] for name in ("date", "CPU", "cores", "kernel", "system", "compiler")},
+        **{name: text for name, text in machine.items() if text},
         "took": f"{(time.monotonic() - begin) / 60:.1f} min (--hours {options.hours:g})",
         "seed": options.seed,
         "walker_sim": walker_sim.__version__,
