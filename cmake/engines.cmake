@@ -11,7 +11,6 @@ function(walker_sim_fetch_engine engine out)
   set(${out} ${fetched} PARENT_SCOPE)
 endfunction()
 
-# ---------------------------------------------------------------- Box2D
 set(box2d_source ${BOX2D_SOURCE_DIR})
 if(NOT box2d_source)
   walker_sim_fetch_engine(box2d box2d_source)
@@ -88,7 +87,6 @@ set_target_properties(box2d_pinned PROPERTIES
   CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
 add_library(walker_sim_box2d ALIAS box2d_pinned)
 
-# ---------------------------------------------------------------- MuJoCo
 set(mujoco_dir ${MUJOCO_DIR})
 if(NOT mujoco_dir)
   walker_sim_fetch_engine(mujoco mujoco_dir)

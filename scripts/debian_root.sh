@@ -52,9 +52,29 @@ copy_tree() {
     --exclude=.pytest_cache --exclude='_core*.so' . | tar -C "$1" -x
 }
 
+# lock_debian_roots: fails if another command uses the roots.
+lock_debian_roots() {
+  mkdir -p "$debian_roots"
+  exec 9>"$debian_roots/lock"
+  flock -n 9 || die "another command uses $debian_roots; wait for its end"
+}
+
+# find_engines: exports the variables that name the engines' directories, and fetches what none names.
+find_engines() {
+  BOX2D_SOURCE_DIR=${BOX2D_SOURCE_DIR:-$("$root/scripts/fetch_engines" box2d)} &&
+    MUJOCO_DIR=${MUJOCO_DIR:-$("$root/scripts/fetch_engines" mujoco)} && export BOX2D_SOURCE_DIR MUJOCO_DIR
+}
+
+# copy_engines DIR: copies the engines to DIR/box2d and DIR/mujoco.
+copy_engines() {
+  find_engines && mkdir -p "$1/box2d" "$1/mujoco" &&
+    cp -a "$BOX2D_SOURCE_DIR/." "$1/box2d" && cp -a "$MUJOCO_DIR/." "$1/mujoco"
+}
+
 # in_debian_root DIR CMD...: runs CMD in the root, without this system's environment variables.
+change_root=(chroot) # no /proc: most containers may not mount one
 in_debian_root() {
-  chroot "$1" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 "${@:2}"
+  "${change_root[@]}" "$1" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 "${@:2}"
 }
 
 # make_compile_root DIR: Debian 11 with its compiler, whose glibc is the oldest that our wheels

@@ -64,6 +64,8 @@ within() {
     bash -c 'command=("$@"); set --; source "$0"; exec "${command[@]}"' "$@"
 }
 
+package_version() { sed -n 's|.*<version>\(.*\)</version>.*|\1|p' "$root/package.xml"; }
+
 # find_files EXPRESSION...: lists our files, without build products.
 find_files() {
   find "$root" \( -path "$build" -o -path "$devel" -o -path "$root/.git" \) -prune -o -type f "$@" -print

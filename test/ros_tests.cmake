@@ -2,14 +2,12 @@
 # test/ros_test.launch without one, starts a master and runs test/NAME.py or the gtest test/NAME.cpp.
 # Included by tests.cmake.
 
-# ---------------------------------------------------------------- units
 walker_sim_add_unit_tests(server
   LIBRARIES walker_sim_replay walker_sim_agents walker_sim_server ${urdf_LIBRARIES}
   WITH description replay ros
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
 
-# ---------------------------------------------------------------- launch files, nodes and scripts
 foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test
     scripts/dev/check_release_test scripts/dev/lock_test scripts/dev/make_meshes_test scripts/setup_test)
   string(REPLACE "/" "_" name ${path})
@@ -18,7 +16,6 @@ foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test
   walker_sim_label(_ctest_${PROJECT_NAME}_pytest_${name} short walker_sim_nodes)
 endforeach()
 
-# ---------------------------------------------------------------- rostests
 # Short rostests: one per mode of use, in C++ and in Python.
 set(short_rostests
   agents/robot_test

@@ -11,7 +11,6 @@ function(walker_sim_add_stage name label)
     FIXTURES_SETUP "${add_MAKES}" FIXTURES_REQUIRED "${add_NEEDS}")
 endfunction()
 
-# ---------------------------------------------------------------- lints
 # Lints depend on the source and on their own version, not on the platform. The distribution's lints, and
 # mypy, which reads the reference's types, therefore run on Debian 12 only.
 set(lint ${CMAKE_CURRENT_SOURCE_DIR}/scripts/dev/lint)
@@ -34,12 +33,10 @@ walker_sim_add_stage(lint_clang_tidy_changed short COMMAND ${lint} clang_tidy)
 walker_sim_add_stage(lint_clang_tidy nightly COMMAND ${lint} clang_tidy all)
 set_tests_properties(lint_clang_tidy PROPERTIES TIMEOUT 5400)
 
-# ---------------------------------------------------------------- README's first command
-# Like readme_test, it first builds what is missing, so the two must not run concurrently.
+# README's first command. Like readme_test, it first builds what is missing, so the two must not run concurrently.
 walker_sim_add_stage(walks long COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/test/walks.sh)
 set_tests_properties(walks readme_test PROPERTIES RESOURCE_LOCK set_up)
 
-# ---------------------------------------------------------------- the install space
 walker_sim_add_stage(install_workspace long MAKES install_space COMMAND ${stage} workspace)
 set_tests_properties(install_workspace PROPERTIES COST 2)
 foreach(path python/package_ros_test exports_test)
@@ -49,8 +46,7 @@ foreach(path python/package_ros_test exports_test)
 endforeach()
 walker_sim_add_stage(install_my_walker_pkg long NEEDS install_space COMMAND ${stage} my_walker_pkg)
 
-# ---------------------------------------------------------------- pip's wheel
-# One wheel per installed Python, tested with the oldest and the newest packages. Only the oldest and the
+# pip's wheel: one per installed Python, tested with the oldest and the newest packages. Only the oldest and the
 # newest Python are not nightly.
 set(versions "")
 foreach(version RANGE 8 13)
@@ -82,43 +78,30 @@ endforeach()
 walker_sim_add_stage(scripts_wheels_test nightly COMMAND ${WALKER_SIM_TEST_PYTHON} -m pytest -q
   -p no:cacheprovider ${CMAKE_CURRENT_SOURCE_DIR}/test/scripts/wheels_test.py)
 
-# ---------------------------------------------------------------- the documentation's site
 walker_sim_add_stage(docs_site long COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/docs)
 
-# ---------------------------------------------------------------- examples
-# Runs each file of examples/ as a user does, and the suites that need the same large packages. The
-# requirements fit Debian 12's Python, PyTorch and NumPy.
-function(walker_sim_add_example name label learner suite)
-  walker_sim_add_stage(examples_${name} ${label} NEEDS examples_${learner}
-    COMMAND ${stage} example ${learner} ${CMAKE_CURRENT_SOURCE_DIR}/test/${suite})
+# walker_sim_add_examples(LEARNER LABEL SUITE...): runs files of examples/ as a user does, and suites that
+# need the same large packages. The requirements fit Debian 12's Python, PyTorch and NumPy.
+function(walker_sim_add_examples learner label)
+  walker_sim_add_stage(examples_set_up_${learner} ${label} MAKES examples_${learner}
+    COMMAND ${stage} example_venv ${learner})
+  foreach(suite ${ARGN})
+    get_filename_component(name ${suite} NAME)
+    walker_sim_add_stage(examples_${name} ${label} NEEDS examples_${learner}
+      COMMAND ${stage} example ${learner} ${CMAKE_CURRENT_SOURCE_DIR}/test/${suite}_test.py)
+  endforeach()
 endfunction()
 
 if(is_debian_12)
-  foreach(learner exchange gymnasium ray sb3 torch)
-    set(label long)
-    if(learner STREQUAL "ray")
-      set(label nightly)
-    endif()
-    walker_sim_add_stage(examples_set_up_${learner} ${label} MAKES examples_${learner}
-      COMMAND ${stage} example_venv ${learner})
-  endforeach()
-  walker_sim_add_example(sb3 long sb3 python/sb3_test.py)
-  walker_sim_add_example(sb3_worlds long sb3 python/sb3_worlds_test.py)
-  walker_sim_add_example(sb3_make_vec_env long sb3 python/sb3_make_vec_env_test.py)
-  walker_sim_add_example(normalization long sb3 python/normalization_test.py)
-  walker_sim_add_example(minari long exchange python/minari_test.py)
-  walker_sim_add_example(onnx long exchange python/onnx_test.py)
-  walker_sim_add_example(torch long torch python/torch_test.py)
-  walker_sim_add_example(train long sb3 python/train_test.py)
-  walker_sim_add_example(curriculum long sb3 python/curriculum_test.py)
-  walker_sim_add_example(sb3_ppo long sb3 examples/sb3_ppo_test.py)
-  walker_sim_add_example(cleanrl_ppo long gymnasium examples/cleanrl_ppo_test.py)
-  walker_sim_add_example(ray_rollouts nightly ray examples/ray_rollouts_test.py)
-  walker_sim_add_example(rllib_ppo nightly ray examples/rllib_ppo_test.py)
+  walker_sim_add_examples(exchange long python/minari python/onnx)
+  walker_sim_add_examples(gymnasium long examples/cleanrl_ppo)
+  walker_sim_add_examples(ray nightly examples/ray_rollouts examples/rllib_ppo)
+  walker_sim_add_examples(sb3 long python/curriculum python/normalization python/sb3
+    python/sb3_make_vec_env python/sb3_worlds python/train examples/sb3_ppo)
+  walker_sim_add_examples(torch long python/torch)
 endif()
 
-# ---------------------------------------------------------------- suites and clients of other projects
-# docs/compatibility.md lists the results.
+# Suites and clients of other projects; docs/compatibility.md lists the results.
 if(is_debian_12)
   walker_sim_add_stage(python_suites_sb3 long NEEDS examples_sb3 COMMAND ${stage} sb3_suite)
   walker_sim_add_stage(python_rosnodejs_set_up long MAKES rosnodejs COMMAND ${stage} rosnodejs_modules)

@@ -42,7 +42,6 @@ if(WALKER_SIM_INSTRUMENT STREQUAL "address")
   list(APPEND test_options -Wno-maybe-uninitialized) # a false positive of GCC 12 in std::regex
 endif()
 
-# ---------------------------------------------------------------- unit tests: one program per folder
 # walker_sim_add_unit_tests(ROOM LIBRARIES LIBRARY... [WITH ROOM...] [ALSO FILE...] [LEFT_OUT NAME...]):
 # links *_test.cpp below test/ROOM, below the WITH folders, and the ALSO files into one program, because
 # linking takes longer than testing. The program for a/b is b_tests. Files of rostests and LEFT_OUT files
@@ -114,7 +113,6 @@ endif()
 walker_sim_add_unit_tests(robots/mujoco LIBRARIES ${core_libraries} WITH robots/hopper robots/walker2d
   LEFT_OUT ${left_out})
 
-# ---------------------------------------------------------------- unit tests: variants and helper files
 # walker_sim_register_variant(NAME PROGRAM FILE LABEL VARIABLE=VALUE...): adds a test that runs a FILE of
 # PROGRAM again with other environment variables. Nightly variants run more inputs through the same code and
 # would take hours in instrumented builds, which leave them out.
@@ -165,10 +163,8 @@ if(NOT WALKER_SIM_INSTRUMENT) # this program repeats another test
   include(test/episode/race_test.cmake)
 endif()
 
-# ---------------------------------------------------------------- fuzz targets
 include(test/fuzz/fuzz.cmake)
 
-# ---------------------------------------------------------------- programs that benchmarks call
 foreach(name benchmark ping_pong)
   add_executable(walker_sim_${name} EXCLUDE_FROM_ALL test/bench/${name}.cpp)
   target_include_directories(walker_sim_${name} PRIVATE test)

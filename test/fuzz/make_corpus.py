@@ -21,6 +21,7 @@ import walker_sim.srv as services
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_msgs.msg import Float64MultiArray
+from walker_sim.training.policy_file import PolicyFile, to_bytes
 
 ROOT = pathlib.Path(__file__).resolve().parent
 REPOSITORY = ROOT.parent.parent
@@ -254,31 +255,14 @@ def make_core():
 
 
 def make_policy():
-    tensors = {
-        "observation.mean": ("F64", [2], [1, -1]),
-        "observation.deviation": ("F64", [2], [2, 0.5]),
-        "action.low": ("F32", [1], [-1]),
-        "action.high": ("F32", [1], [1]),
-        "layers.0.weight": ("F32", [2, 2], [1, 2, 3, 4]),
-        "layers.0.bias": ("F32", [2], [0.1, -0.2]),
-        "layers.1.weight": ("F32", [1, 2], [0.5, -0.25]),
-        "layers.1.bias": ("F32", [1], [0.05]),
-    }
+    layers = [
+        (np.array([[1, 2], [3, 4]]), np.array([0.1, -0.2])),
+        (np.array([[0.5, -0.25]]), np.array([0.05])),
+    ]
+    numbers = [np.array(row) for row in ([1, -1], [2, 0.5], [-1], [1])]  # statistics, limits
     for activation, output in (("tanh", "clip"), ("relu", "tanh")):
-        entries, values = [], b""
-        for name, (kind, shape, numbers) in tensors.items():
-            data = struct.pack(f"<{len(numbers)}{'d' if kind == 'F64' else 'f'}", *numbers)
-            entries.append(
-                f'"{name}":{{"dtype":"{kind}","shape":{str(shape).replace(" ", "")},'
-                f'"data_offsets":[{len(values)},{len(values) + len(data)}]}}'
-            )
-            values += data
-        notes = (
-            '{"__metadata__":{"format":"walker_sim policy 1","id":"Toy-v0","activation":"'
-            f'{activation}","output":"{output}","layers":"2","steps":"12"}},'
-        )
-        text = (notes + ",".join(entries) + "}").encode()
-        write("policy", activation, struct.pack("<Q", len(text)) + text + values)
+        policy = PolicyFile("Toy-v0", {}, activation, output, *numbers, layers)
+        write("policy", activation, to_bytes(policy))
 
 
 def make_server():

@@ -19,8 +19,6 @@ from walker_sim.srv import Reset, Step
 TIMEOUT = 2.0  # client's timeout [s]
 SLACK = 1.0  # allowance for a busy machine [s]
 
-# ---------------------------------------------------------------- a client
-
 # Sends the header, then the request in a loop. Does not import this package, to start sooner.
 VICTIM = """
 import socket, sys
@@ -67,9 +65,6 @@ def kill_client(soak):
         pair.close()
 
 
-# ---------------------------------------------------------------- the master
-
-
 def kill_master(soak):
     """Connected clients go on, new clients get an error, and the server can end."""
     for number in soak.rounds():
@@ -102,9 +97,6 @@ def kill_master(soak):
                 status == 0,
                 f"status {status} after {by.name}: {server.output()}",
             )
-
-
-# ---------------------------------------------------------------- rviz
 
 
 def kill_rviz(soak):
@@ -152,9 +144,6 @@ def forget(graph):
         for node in nodes:
             if node.startswith("/rviz"):
                 graph.forget(node, topic)
-
-
-# ---------------------------------------------------------------- the server
 
 
 def kill_server(soak):

@@ -118,9 +118,6 @@ class Far:
         self._node.end()
 
 
-# ---------------------------------------------------------------- the far client
-
-
 def listen(subscriber, sequence):
     subscriber.connection.settimeout(None)
     with contextlib.suppress(OSError):

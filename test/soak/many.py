@@ -21,8 +21,6 @@ from walker_sim.srv import Reset, Step
 
 IDS = ("BipedalWalker-v3", "Walker2d-v5", "Hopper-v5", "BipedalWalkerHardcore-v3")
 
-# ---------------------------------------------------------------- clients
-
 
 def many_clients(soak):
     """Clients that connect, call once and disconnect, one after another."""
@@ -61,8 +59,6 @@ def call_once(address, request):
         assert connection.recv(1) == b"", "more than an answer"
     return Step._response_class().deserialize(data)
 
-
-# ---------------------------------------------------------------- environments and resets
 
 NUM_ENVS = 1024
 EPISODE = 100  # steps; then most environments reset together and heaps peak
@@ -163,8 +159,6 @@ def reset_often(soak, env_id, seconds):
     return resets
 
 
-# ---------------------------------------------------------------- servers
-
 SERVERS = 10
 
 
@@ -203,8 +197,6 @@ def many_servers(soak):
             f"{growth / usage.MIB:+.2f} MiB",
         )
 
-
-# ---------------------------------------------------------------- subscribers
 
 SUBSCRIBERS = 50
 SILENT = {"/transition": Transition, "/tf": TFMessage, "/state_markers": MarkerArray}

@@ -11,7 +11,7 @@ import time
 import traceback
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
-sys.path += [str(TEST / "server"), str(TEST / "python")]
+sys.path += [str(TEST / name) for name in ("server", "python", "bench")]
 
 import full_disk  # noqa: E402
 import fuzz  # noqa: E402
@@ -23,6 +23,7 @@ import many  # noqa: E402
 import tally as tallies  # noqa: E402
 import walker_sim  # noqa: E402
 from launched import children_of  # noqa: E402
+from measure import PACKAGES, describe_machine  # noqa: E402
 
 # Parts that run one after another, and their shares of the time.
 SHARES = {
@@ -159,7 +160,8 @@ def main():
     graph.adopt_orphans()
     tally = tallies.Tally(say)
     say(f"seed {options.seed}: {options.hours} h, {len(options.only)} parts")
-    seconds, begin = options.hours * 3600, time.time()
+    machine = describe_machine(graph.ROOT, leave_out=PACKAGES)
+    seconds, begin = options.hours * 3600, time.monotonic()
     others = [name for name in options.only if PARTS[name] in SHARES]
     shares = sum(SHARES[PARTS[name]] for name in others)
     beside = []
@@ -178,13 +180,10 @@ def main():
         for part in beside:
             part.stop()
     head = {
-        "date": time.strftime("%Y-%m-%d", time.gmtime(begin)),
-        "took": f"{(time.time() - begin) / 60:.1f} min (--hours {options.hours:g})",
+        **{name: text for name, text in machine.items() if text},
+        "took": f"{(time.monotonic() - begin) / 60:.1f} min (--hours {options.hours:g})",
         "seed": options.seed,
         "walker_sim": walker_sim.__version__,
-        "machine": tallies.processor(),
-        "system": tallies.system(),
-        "compiler": tallies.compiler(),
         "Python": sys.version.split()[0],
     }
     options.output.write_text(tallies.markdown(tally, head), encoding="utf-8")

@@ -1,8 +1,6 @@
 """Results of a soak: checks by name, figures, and the report."""
 
 import collections
-import platform
-import subprocess
 
 MAX_PRINTED = 5  # failures per check
 
@@ -52,23 +50,6 @@ class Tally:
     def summary(self):
         text = f"{len(self.counts) - self.failed} passed, {self.failed} failed"
         return text + (f", {len(self.left_out)} left out" if self.left_out else "")
-
-
-def processor():
-    with open("/proc/cpuinfo", encoding="utf-8") as file:
-        names = [line.partition(":")[2].strip() for line in file if line.startswith("model name")]
-    return f"{names[0] if names else platform.machine()}, {len(names)} processors"
-
-
-def system():
-    with open("/etc/os-release", encoding="utf-8") as file:
-        lines = dict(line.rstrip().partition("=")[::2] for line in file)
-    return f"{lines['PRETTY_NAME'].strip(chr(34))}, Linux {platform.release().split('-')[0]}"
-
-
-def compiler():
-    done = subprocess.run(["c++", "--version"], capture_output=True, text=True, check=False)
-    return done.stdout.partition("\n")[0] or "no compiler"
 
 
 def markdown(tally, head):
