@@ -59,13 +59,7 @@ void write(const Row& row, const std::string& verdict, std::ostream& out) {
 
 /// Returns what must be supported here: the record's environment, engine and world.
 EpisodeRecord origin_of(const EpisodeRecord& record) {
-  EpisodeRecord origin;
-  origin.id = record.id;
-  origin.parameters = record.parameters;
-  origin.engine = record.engine;
-  origin.engine_version = record.engine_version;
-  origin.world = record.world;
-  return origin;
+  return {record.id, record.parameters, record.engine, record.engine_version, {}, {}, record.world};
 }
 
 /// Repeats the episodes of one publisher in the order of recording.
@@ -102,9 +96,7 @@ class WalkerReport {
     try {
       environment_ = make_episode(
           spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
-      EpisodeOptions options;
-      options.records_actions = true;
-      environment_->configure(options);
+      environment_->configure({std::nullopt, true});
     } catch (const std::exception& error) {
       unsupported_reason_ = error.what();
     }
