@@ -59,7 +59,13 @@ void write(const Row& row, const std::string& verdict, std::ostream& out) {
 
 /// Returns what must be supported here: the record's environment, engine and world.
 EpisodeRecord origin_of(const EpisodeRecord& record) {
-  return {record.id, record.parameters, record.engine, record.engine_version, {}, {}, record.world};
+  EpisodeRecord origin;
+  origin.id = record.id;
+  origin.parameters = record.parameters;
+  origin.engine = record.engine;
+  origin.engine_version = record.engine_version;
+  origin.world = record.world;
+  return origin;
 }
 
 /// Repeats the episodes of one publisher in the order of recording.
