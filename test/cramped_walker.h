@@ -7,8 +7,8 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
+#include "stepper.h"
 #include "temporary_folder.h"
 #include "walker_sim/registry.h"
 
@@ -36,16 +36,11 @@ class CrampedWalker {
 
   /// Returns the first seed >= `from` whose reset succeeds (or fails, if `succeeds` is false).
   std::uint64_t seed(bool succeeds, std::uint64_t from = 0) const {
-    const std::unique_ptr<Environment> environment = (*this)();
-    std::vector<double> observation(environment->specification().observation_size());
-    std::vector<double> info(environment->specification().info_names.size());
-    Result result;
-    result.observation = observation.data();
-    result.info = info.data();
+    Stepper walker((*this)());
     for (std::uint64_t seed = from;; ++seed) {
       bool has_succeeded = true;
       try {
-        environment->reset(seed, result);
+        walker.reset(seed);
       } catch (const std::runtime_error&) {
         has_succeeded = false;
       }

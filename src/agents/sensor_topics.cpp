@@ -100,8 +100,6 @@ void take(const sensor_msgs::LaserScan& message, const Specification& specificat
   measurements.maximum_range = is_own ? finder.maximum_range : double{message.range_max};
 }
 
-// ---------------------------------------------------------------- topics
-
 SensorTopics::SensorTopics(ros::NodeHandle& node, const Specification& specification,
                            double stamp_tolerance, Receiver receiver)
     : specification_(specification),

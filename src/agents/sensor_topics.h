@@ -21,7 +21,6 @@
 
 namespace walker {
 
-// ---------------------------------------------------------------- messages to measurements
 // The inverse of src/server/topics/converters.h. Each function sets the fields that its topic
 // carries, in the order of the specification.
 
@@ -46,8 +45,6 @@ void take(const walker_sim::Contacts& message, const Specification& specificatio
 /// @throws std::invalid_argument if the directions of the rays differ from the range finder's
 void take(const sensor_msgs::LaserScan& message, const Specification& specification,
           Measurements& measurements);
-
-// ---------------------------------------------------------------- topics
 
 /// Subscribes to joint_states, imu, odom, contacts and, if the observation contains ranges, scan,
 /// and combines messages of the same instant into measurements. Logs once per second of wall

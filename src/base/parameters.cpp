@@ -113,13 +113,7 @@ bool is_whole(const std::string& text, const char* end) {
          end == text.c_str() + text.size();
 }
 
-std::optional<ParameterValue> read(const std::string& text, bool /*type*/) {
-  if (text == "true") return true;
-  if (text == "false") return false;
-  return std::nullopt;
-}
-
-std::optional<ParameterValue> read(const std::string& text, std::int64_t /*type*/) {
+std::optional<std::int64_t> parse_integer(const std::string& text) {
   constexpr int kDecimal = 10;
   char* end = nullptr;
   errno = 0;
@@ -128,16 +122,7 @@ std::optional<ParameterValue> read(const std::string& text, std::int64_t /*type*
   return value;
 }
 
-std::optional<ParameterValue> read(const std::string& text, double /*type*/) {
-  if (const std::optional<double> number = parse_number(text)) return *number;
-  return std::nullopt;
-}
-
-std::optional<ParameterValue> read(const std::string& text, const std::string& /*type*/) {
-  return text;
-}
-
-std::optional<ParameterValue> read(const std::string& text, const std::vector<double>& /*type*/) {
+std::optional<std::vector<double>> parse_list(const std::string& text) {
   if (text.size() < 2 || text.front() != '[' || text.back() != ']') return std::nullopt;
   std::vector<double> list;
   std::istringstream elements(text.substr(1, text.size() - 2));
@@ -149,6 +134,21 @@ std::optional<ParameterValue> read(const std::string& text, const std::vector<do
     list.push_back(*number);
   }
   return list;
+}
+
+/// Parses a value of the model's type. Returns the text itself if it does not parse.
+ParameterValue parse(const std::string& text, const ParameterValue& model) {
+  if (std::holds_alternative<bool>(model) && (text == "true" || text == "false")) {
+    return text == "true";
+  }
+  if (std::holds_alternative<std::int64_t>(model)) {
+    if (const auto integer = parse_integer(text)) return *integer;
+  } else if (std::holds_alternative<double>(model)) {
+    if (const auto number = parse_number(text)) return *number;
+  } else if (std::holds_alternative<std::vector<double>>(model)) {
+    if (auto list = parse_list(text)) return *std::move(list);
+  }
+  return text;
 }
 
 auto find(const std::vector<ParameterDescription>& descriptions, const std::string& name) {
@@ -242,11 +242,9 @@ Parameters parse_assignments(const std::vector<ParameterDescription>& descriptio
     const std::string name = assignment.substr(0, equals);
     const std::string text = assignment.substr(equals + 1);
     const auto known = find(descriptions, name);
-    std::optional<ParameterValue> value;
-    if (known != descriptions.end()) {
-      value = std::visit([&](const auto& type) { return read(text, type); }, known->default_value);
-    }
-    if (!parameters.emplace(name, value.value_or(text)).second) {
+    const ParameterValue value =
+        known == descriptions.end() ? text : parse(text, known->default_value);
+    if (!parameters.emplace(name, value).second) {
       throw std::invalid_argument("parameter " + name + ": given twice");
     }
   }

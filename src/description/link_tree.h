@@ -32,8 +32,6 @@ std::map<std::string, Place> place_links(const Specification& specification);
 /// taken, `_hinge` is appended again.
 std::vector<std::string> turned_links(const Specification& specification);
 
-// ---------------------------------------------------------------- poses
-
 inline Eigen::Vector3d to_eigen(const Vector3& vector) { return Eigen::Vector3d(vector.data()); }
 
 /// Eigen stores x, y, z, w in this order, too.

@@ -36,8 +36,6 @@ constexpr const char* kExactNotes =
     "     engine's doubles. The motors give their torque at any speed; URDF requires a velocity\n"
     "     limit, and 10000 means none.\n";
 
-// ---------------------------------------------------------------- planar shapes
-
 /// A rectangle in the x,z plane.
 struct Rectangle {
   Eigen::Vector2d center;  ///< x, z [m]
@@ -107,8 +105,6 @@ Inertia planar_inertia(const Link& link, double depth) {
   return inertia;
 }
 
-// ---------------------------------------------------------------- XML
-
 /// Returns the shortest text that reads back as the same float or double; 0 for -0.
 std::string number_text(double value, bool is_single) {
   if (value == 0) value = 0;
@@ -172,8 +168,6 @@ class Writer {
   }
 
  private:
-  // ---------------------------------------------------------------- links
-
   Element to_element(const Link& link, const Place& place) {
     Element element{"link", {{"name", link.name}}};
     element.children = {{"inertial",
@@ -265,8 +259,6 @@ class Writer {
     return {"collision", {}, {pose, {"geometry", {}, {geometry}}}};
   }
 
-  // ---------------------------------------------------------------- joints
-
   /// @param turned name of the link that the joint turns
   void add_joint(const Joint& joint, const std::string& turned, Element& robot) const {
     const bool is_limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
@@ -293,8 +285,6 @@ class Writer {
                                {"child", {{"link", joint.child}}},
                                origin(frame.position, roll_pitch_yaw(frame.orientation))}});
   }
-
-  // ---------------------------------------------------------------- text
 
   std::string text(double value) const {
     return number_text(value, !specification_.joints_are_exact);

@@ -77,12 +77,7 @@ void Episode::take_seed(std::optional<std::uint64_t>& seed) {
   if (seed) generator_.emplace(*seed);
 }
 
-void Episode::begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed,
-                    const std::shared_ptr<const WorldValues>& recorded) {
-  generator_ = Generator(generator_state);  // may throw, before anything has changed
-  begin_episode(seed, recorded);
-}
-
+/// @param recorded values of the world, which the episode's own does not draw; null: it does
 void Episode::begin_episode(std::optional<std::uint64_t> seed,
                             const std::shared_ptr<const WorldValues>& recorded) {
   if (!prepare_reset(seed, recorded)) return;
@@ -124,24 +119,19 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
   return true;
 }
 
-/// Draws and applies the values of the episode that begins.
-void Episode::prepare_world(const std::shared_ptr<const WorldValues>& recorded) {
-  std::shared_ptr<const WorldValues> values = recorded;
+/// Applies the values of the episode that begins.
+/// @param values null: as the world draws them; empty: Gymnasium's world
+void Episode::prepare_world(std::shared_ptr<const WorldValues> values) {
   if (!values && world_) {
     values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
   }
-  apply_world(values);
-}
-
-/// @param values null or empty: Gymnasium's world
-void Episode::apply_world(const std::shared_ptr<const WorldValues>& values) {
-  const bool is_gymnasiums = !values || values->empty();
+  if (values && values->empty()) values = nullptr;
   // First, as it may throw: until it has, the world before counts as the robot's.
-  robot_->set_world(is_gymnasiums ? WorldValues{} : *values);
+  robot_->set_world(values ? *values : WorldValues{});
   effects_.reset();
   step_.push = {};
-  state_.world = is_gymnasiums ? nullptr : values;
-  if (!is_gymnasiums && Effects::has_any(*values)) {
+  state_.world = values;
+  if (values && Effects::has_any(*values)) {
     effects_ = std::make_unique<Effects>(*values, specification(), state_.generator_state);
   }
 }

@@ -41,9 +41,8 @@ struct EpisodeState {
   double episode_return = 0;
   bool terminated = false;
   bool truncated = false;
-  std::string
-      end_reason;     ///< empty while the episode runs; else "terminated: ..." or "truncated: ..."
-  std::string error;  ///< the engine's message if it failed; else empty
+  std::string end_reason;  ///< "terminated: ..." or "truncated: ..."; empty: the episode runs
+  std::string error;       ///< the engine's message if it failed; else empty
   std::optional<std::uint64_t> seed;         ///< of the reset; nullopt: the generator continued
   GeneratorState generator_state{};          ///< before the reset
   std::shared_ptr<const WorldValues> world;  ///< drawn at the reset; null: Gymnasium's world
@@ -130,13 +129,6 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// Begins an episode. If the engine fails, the episode has ended at once (`failed_at_reset`).
   void reset(std::optional<std::uint64_t> seed);
 
-  /// Begins an episode from a state of the generator.
-  /// @param seed that led to the state, for the record
-  /// @throws std::invalid_argument if the state is invalid; then nothing has changed
-  /// @param recorded values of the world, which the episode's own does not draw; null: it does
-  void begin(const GeneratorState& generator_state, std::optional<std::uint64_t> seed,
-             const std::shared_ptr<const WorldValues>& recorded = nullptr);
-
   /// @throws InvalidAction, ResetNeeded; then nothing has changed
   void step(const double* action, std::size_t size);
   void step(const std::vector<double>& action) { step(action.data(), action.size()); }
@@ -218,7 +210,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
-  void set_generator_state(const GeneratorState& state) override { generator_.emplace(state); }
+  void set_generator_state(const GeneratorState& state) override { generator_ = Generator(state); }
   void save_state(std::vector<std::byte>& state) const override;
   Progress load_state(const std::byte* state, std::size_t size, Result& result) override;
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
@@ -231,8 +223,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
                      const std::shared_ptr<const WorldValues>& recorded = nullptr);
   bool prepare_reset(std::optional<std::uint64_t> seed,
                      const std::shared_ptr<const WorldValues>& recorded = nullptr);
-  void prepare_world(const std::shared_ptr<const WorldValues>& recorded);
-  void apply_world(const std::shared_ptr<const WorldValues>& values);
+  void prepare_world(std::shared_ptr<const WorldValues> values);
   void observe();
   void forget_sensors();
   void conclude_reset();

@@ -59,9 +59,8 @@ void check_pushes(const EpisodeRecord& record, const Specification& specificatio
     }
     const std::pair<std::uint32_t, std::uint32_t> place{push.step, push.wrench.link};
     if (i > 0 && place <= last) {
-      throw std::invalid_argument(name +
-                                  " is not after the push before it, in the order of step "
-                                  "and link");
+      throw std::invalid_argument(
+          name + " is not after the push before it, in the order of step and link");
     }
     last = place;
   }
@@ -168,7 +167,8 @@ void Episode::begin(const EpisodeRecord& record) {
     throw std::invalid_argument("the record has " + std::to_string(record.pushes.size()) +
                                 " pushes; must have at most " + std::to_string(kMaxRecordedPushes));
   }
-  begin(record.generator_state, record.seed, std::make_shared<const WorldValues>(record.world));
+  set_generator_state(record.generator_state);  // may throw, before anything has changed
+  begin_episode(record.seed, std::make_shared<const WorldValues>(record.world));
   if (state_.failed_at_reset()) {
     throw std::invalid_argument("the reset of the record: " + state_.error);
   }

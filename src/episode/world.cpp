@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <set>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -137,19 +137,14 @@ std::string without_quotes(const std::string& name) {
   return is_quoted ? name.substr(1, name.size() - 2) : name;
 }
 
-/// @return whether the text is a number, or two in brackets
-bool read_range(const std::string& text, WorldRange& range) {
-  if (const auto number = parse_number(text)) {
-    range = {*number, *number};
-    return true;
-  }
+/// Reads a number, or two in brackets.
+std::optional<WorldRange> read_range(const std::string& text) {
+  if (const auto number = parse_number(text)) return WorldRange{*number, *number};
   const std::size_t comma = text.find(',');
-  if (comma == std::string::npos || text.front() != '[' || text.back() != ']') return false;
+  if (comma == std::string::npos || text.front() != '[' || text.back() != ']') return std::nullopt;
   const auto low = parse_number(trimmed(text.substr(1, comma - 1)));
   const auto high = parse_number(trimmed(text.substr(comma + 1, text.size() - comma - 2)));
-  if (!low || !high) return false;
-  range = {*low, *high};
-  return true;
+  return low && high ? std::optional(WorldRange{*low, *high}) : std::nullopt;
 }
 
 }  // namespace
@@ -188,8 +183,9 @@ std::vector<std::string> world_presets() {
 
 World load_world(const std::string& preset_or_file) {
   const auto preset = builtin_worlds().find(preset_or_file);
-  if (preset != builtin_worlds().end())
+  if (preset != builtin_worlds().end()) {
     return parse_world(preset->second, "preset " + preset->first);
+  }
   if (!preset_or_file.empty() && preset_or_file.front() == '{') {
     return parse_world(preset_or_file, printable(preset_or_file));
   }
@@ -215,13 +211,13 @@ World parse_world(const std::string& text, const std::string& source) {
   for (const std::string& entry : entries_of(text)) {
     const std::size_t colon = entry.find(':');
     const std::string name = without_quotes(trimmed(entry.substr(0, colon)));
-    WorldRange range;
-    if (colon == std::string::npos || name.empty() ||
-        !read_range(trimmed(entry.substr(colon + 1)), range)) {
+    const std::optional<WorldRange> range =
+        colon == std::string::npos ? std::nullopt : read_range(trimmed(entry.substr(colon + 1)));
+    if (name.empty() || !range) {
       throw std::invalid_argument("world " + source + ": " + printable(trimmed(entry)) +
                                   ": must be NAME: NUMBER or NAME: [LOW, HIGH]");
     }
-    if (!world.emplace(name, range).second) {
+    if (!world.emplace(name, *range).second) {
       throw std::invalid_argument("world " + source + ": " + printable(name) + " is given twice");
     }
   }

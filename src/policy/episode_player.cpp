@@ -139,8 +139,7 @@ class Worker {
 
   /// Gives jobs to free environments. One whose reset fails is free again.
   void begin_episodes(Call& call) {
-    bool has_begun = false;
-    while (!free_.empty()) {
+    while (true) {
       std::vector<Slot*> begun;
       while (!free_.empty()) {
         const std::optional<std::size_t> job = call.take_job();
@@ -149,7 +148,7 @@ class Worker {
         free_.pop_back();
         assign(*begun.back(), *job, call);
       }
-      if (begun.empty()) break;
+      if (begun.empty()) return;
       step_together(begun, [&](std::size_t i) {
         return Episode::GroupStep{begun[i]->episode.get(), nullptr, call.jobs[begun[i]->job].seed};
       });
@@ -160,13 +159,11 @@ class Worker {
           conclude(*slot, call);
         }
       }
-      has_begun = true;
+      // Rows of the same network are computed together.
+      std::stable_sort(playing_.begin(), playing_.end(), [](const Slot* one, const Slot* other) {
+        return std::less<>()(one->network, other->network);
+      });
     }
-    if (!has_begun) return;
-    // Rows of the same network are computed together.
-    std::stable_sort(playing_.begin(), playing_.end(), [](const Slot* one, const Slot* other) {
-      return std::less<>()(one->network, other->network);
-    });
   }
 
   void assign(Slot& slot, std::size_t index, const Call& call) {

@@ -17,6 +17,10 @@
 namespace walker {
 namespace {
 
+/// The files' order of weights.
+template <typename Number>
+using Rows = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 constexpr const char* kFormat = "walker_sim policy 1";
 constexpr std::size_t kMaxLayers = 16;
 constexpr std::streamoff kMaxFile = std::streamoff{1} << 28U;
@@ -80,7 +84,6 @@ Eigen::VectorXd vector(const Tensors& tensors, const std::string& name, Eigen::I
 }
 
 Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index inputs) {
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const std::string weight_name = name + ".weight";
   const Tensor& weight = tensor(tensors, weight_name, 2);
   const auto outputs = static_cast<Eigen::Index>(weight.shape[0]);
@@ -88,7 +91,7 @@ Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index i
     throw std::invalid_argument(weight_name + " has " + std::to_string(weight.shape[1]) +
                                 " inputs; must have " + std::to_string(inputs));
   }
-  return {Eigen::Map<const Rows>(weight.values.data(), outputs, inputs).cast<float>(),
+  return {Eigen::Map<const Rows<double>>(weight.values.data(), outputs, inputs).cast<float>(),
           vector(tensors, name + ".bias", outputs).cast<float>()};
 }
 
@@ -142,22 +145,33 @@ void check_limits(const char* name, const Eigen::VectorXf& ours,
   }
 }
 
+class PolicyAgent : public Agent {
+ public:
+  PolicyAgent(const std::string& file, const Specification& specification)
+      : policy_(file), action_(specification.action_size()) {
+    policy_.check(specification);
+  }
+
+  void reset() override {}  // stateless
+
+  const std::vector<double>& act(const std::vector<double>& observation) override {
+    policy_.act(observation.data(), action_.data());
+    return action_;
+  }
+
+ private:
+  Policy policy_;
+  std::vector<double> action_;
+};
+
 }  // namespace
 
 struct Policy::State {
-  State(std::string file, std::string trained_on, std::map<std::string, std::string> header,
-        Network network)
-      : name(std::move(file)),
-        id(std::move(trained_on)),
-        notes(std::move(header)),
-        forward(std::move(network)),
-        scratch(forward.network()) {}
-
   std::string name;
   std::string id;
   std::map<std::string, std::string> notes;
   Forward forward;
-  Scratch scratch;
+  Scratch scratch{forward.network()};
 };
 
 const Forward& forward_of(const Policy& policy) { return policy.state_->forward; }
@@ -174,7 +188,7 @@ Policy::Policy(const std::string& name, const std::vector<char>& content) {
     }
     std::string id = take(metadata, "id");
     Network network = read_network(tensors, metadata);
-    state_ = std::make_unique<State>(name, std::move(id), std::move(metadata), std::move(network));
+    state_.reset(new State{name, std::move(id), std::move(metadata), Forward(std::move(network))});
   } catch (const std::invalid_argument& error) {
     refuse(name, error.what());
   }
@@ -217,18 +231,14 @@ void Policy::check(const Specification& specification) const {
 std::vector<float> Policy::parameters() const {
   std::vector<float> parameters;
   for (const Layer& layer : state_->forward.network().layers) {
-    for (Eigen::Index row = 0; row < layer.weight.rows(); ++row) {
-      for (Eigen::Index column = 0; column < layer.weight.cols(); ++column) {
-        parameters.push_back(layer.weight(row, column));
-      }
-    }
+    const Rows<float> weight = layer.weight;
+    parameters.insert(parameters.end(), weight.data(), weight.data() + weight.size());
     parameters.insert(parameters.end(), layer.bias.data(), layer.bias.data() + layer.bias.size());
   }
   return parameters;
 }
 
 Policy Policy::with_parameters(const std::vector<float>& parameters) const {
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Network network = state_->forward.network();
   std::size_t count = 0;
   for (const Layer& layer : network.layers) count += layer.weight.size() + layer.bias.size();
@@ -239,13 +249,13 @@ Policy Policy::with_parameters(const std::vector<float>& parameters) const {
   }
   const float* next = parameters.data();
   for (Layer& layer : network.layers) {
-    layer.weight = Eigen::Map<const Rows>(next, layer.weight.rows(), layer.weight.cols());
+    layer.weight = Eigen::Map<const Rows<float>>(next, layer.weight.rows(), layer.weight.cols());
     next += layer.weight.size();
     layer.bias = Eigen::Map<const Eigen::VectorXf>(next, layer.bias.size());
     next += layer.bias.size();
   }
-  return Policy(
-      std::make_unique<State>(state_->name, state_->id, state_->notes, std::move(network)));
+  return Policy(std::unique_ptr<State>(
+      new State{state_->name, state_->id, state_->notes, Forward(std::move(network))}));
 }
 
 void Policy::act(const double* observation, double* action) { act(observation, 1, action); }
@@ -253,29 +263,6 @@ void Policy::act(const double* observation, double* action) { act(observation, 1
 void Policy::act(const double* observations, std::size_t rows, double* actions) {
   state_->forward.act(observations, rows, actions, state_->scratch);
 }
-
-namespace {
-
-class PolicyAgent : public Agent {
- public:
-  PolicyAgent(const std::string& file, const Specification& specification)
-      : policy_(file), action_(specification.action_size()) {
-    policy_.check(specification);
-  }
-
-  void reset() override {}  // stateless
-
-  const std::vector<double>& act(const std::vector<double>& observation) override {
-    policy_.act(observation.data(), action_.data());
-    return action_;
-  }
-
- private:
-  Policy policy_;
-  std::vector<double> action_;
-};
-
-}  // namespace
 
 std::unique_ptr<Agent> make_policy_agent(const std::string& file,
                                          const Specification& specification) {

@@ -51,7 +51,8 @@ class EnvironmentBinding {
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
     const GilFreeLock lock(mutex_);
-    episode_->begin(generator_state, std::nullopt);
+    episode_->set_generator_state(generator_state);
+    episode_->reset(std::nullopt);
     if (state.failed_at_reset()) throw std::runtime_error(state.error);
     observations.write(state.observation.data());
     infos.write(state.info.data());

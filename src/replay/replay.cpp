@@ -102,9 +102,7 @@ class WalkerReport {
     try {
       environment_ = make_episode(
           spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
-      EpisodeOptions options;
-      options.records_actions = true;
-      environment_->configure(options);
+      environment_->configure({std::nullopt, true});
     } catch (const std::exception& error) {
       unsupported_reason_ = error.what();
     }

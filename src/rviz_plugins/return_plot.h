@@ -1,9 +1,6 @@
 // Plot of the return over the steps of an episode.
 #pragma once
 
-#include <vector>
-
-#include <QPointF>
 #include <QWidget>
 
 #include "rviz_plugins/return_curve.h"

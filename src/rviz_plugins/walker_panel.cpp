@@ -61,6 +61,15 @@ QIcon icon_of(Sign sign) {
   return {picture};
 }
 
+/// Puts widgets beside each other, the second of three as wide as possible.
+template <typename... Widgets>
+QLayout* row_of(Widgets*... widgets) {
+  auto* const row = new QHBoxLayout;
+  (row->addWidget(widgets), ...);
+  if (sizeof...(widgets) == 3) row->setStretch(1, 1);
+  return row;
+}
+
 void show_line(QLabel* label, const QString& text, const char* color) {
   label->setText(text);
   label->setToolTip(text);
@@ -82,60 +91,32 @@ WalkerPanel::WalkerPanel(QWidget* parent)
       world_(new WorldEditor),
       plot_(new ReturnPlot),
       answer_(new QLabel) {
-  state_->setWordWrap(true);
-  answer_->setWordWrap(true);
-  server_->setToolTip("Name of the server's node");
   auto* const worlds = new QGroupBox("World from the next reset on");
   (new QVBoxLayout(worlds))->addWidget(world_);
   auto* const column = new QVBoxLayout(this);
   column->addWidget(server_);
   column->addWidget(state_);
-  column->addLayout(make_reset_row());
-  column->addLayout(make_step_row());
-  column->addLayout(make_pace_row());
+  column->addLayout(row_of(new QLabel("Seed"), seed_, reset_));
+  column->addLayout(row_of(pause_, step_));
+  column->addLayout(row_of(new QLabel("Real-time factor"), factor_, measured_));
   column->addWidget(worlds);
   column->addWidget(plot_, 1);
   column->addWidget(answer_);
-  connect(server_, &QLineEdit::editingFinished, this, [this] {
-    link_.connect(server_->text().toStdString());
-    Q_EMIT configChanged();
-  });
-  auto* const timer = new QTimer(this);
-  connect(timer, &QTimer::timeout, this, [this] { refresh(); });
-  timer->start(kRefreshPeriod);
+  describe_widgets();
+  connect_widgets();
   link_.connect(kServer);
   refresh();
 }
 
-QLayout* WalkerPanel::make_reset_row() {
-  auto* const row = new QHBoxLayout;
-  row->addWidget(new QLabel("Seed"));
-  row->addWidget(seed_, 1);
-  row->addWidget(reset_);
+void WalkerPanel::describe_widgets() {
+  state_->setWordWrap(true);
+  answer_->setWordWrap(true);
+  server_->setToolTip("Name of the server's node");
   seed_->setPlaceholderText("continues");
   seed_->setToolTip("Seed of the reset; empty: the generator continues");
   seed_->setValidator(new QRegularExpressionValidator(QRegularExpression("[0-9]{0,20}"), seed_));
   reset_->setToolTip("Begins an episode");
-  connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
-  connect(seed_, &QLineEdit::returnPressed, this, [this] { reset(); });
-  return row;
-}
-
-QLayout* WalkerPanel::make_step_row() {
-  auto* const row = new QHBoxLayout;
-  row->addWidget(pause_);
-  row->addWidget(step_);
   step_->setToolTip("Makes one step with an action of zeros; paused, or in lock-step");
-  connect(pause_, &QPushButton::clicked, this, [this] { link_.set_paused(!is_paused_); });
-  connect(step_, &QPushButton::clicked, this, [this] { link_.step(); });
-  return row;
-}
-
-QLayout* WalkerPanel::make_pace_row() {
-  auto* const row = new QHBoxLayout;
-  row->addWidget(new QLabel("Real-time factor"));
-  row->addWidget(factor_, 1);
-  row->addWidget(measured_);
   factor_->setRange(0, kMaxRealTimeFactor);
   factor_->setSpecialValueText("unlimited");
   factor_->setSingleStep(0.25);
@@ -143,9 +124,22 @@ QLayout* WalkerPanel::make_pace_row() {
   factor_->setKeyboardTracking(false);
   factor_->setToolTip("Simulation time over wall time; 0: as fast as it goes");
   measured_->setToolTip("As measured since the last report");
+}
+
+void WalkerPanel::connect_widgets() {
+  connect(server_, &QLineEdit::editingFinished, this, [this] {
+    link_.connect(server_->text().toStdString());
+    Q_EMIT configChanged();
+  });
+  connect(reset_, &QPushButton::clicked, this, [this] { reset(); });
+  connect(seed_, &QLineEdit::returnPressed, this, [this] { reset(); });
+  connect(pause_, &QPushButton::clicked, this, [this] { link_.set_paused(!is_paused_); });
+  connect(step_, &QPushButton::clicked, this, [this] { link_.step(); });
   connect(factor_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this,
           [this](double factor) { link_.set_real_time_factor(factor); });
-  return row;
+  auto* const timer = new QTimer(this);
+  connect(timer, &QTimer::timeout, this, [this] { refresh(); });
+  timer->start(kRefreshPeriod);
 }
 
 void WalkerPanel::reset() {

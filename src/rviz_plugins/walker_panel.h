@@ -23,9 +23,8 @@ class WalkerPanel : public rviz::Panel {
   void save(rviz::Config config) const override;
 
  private:
-  QLayout* make_reset_row();
-  QLayout* make_step_row();
-  QLayout* make_pace_row();
+  void describe_widgets();
+  void connect_widgets();
   void reset();
   void refresh();
   void show_state(const ServerView& view);

@@ -89,10 +89,9 @@ void WorldEditor::choose_preset() {
 
 void WorldEditor::remove_rows() {
   for (auto& [name, row] : rows_) {
-    for (QWidget* widget : {static_cast<QWidget*>(row.name), static_cast<QWidget*>(row.slider),
-                            static_cast<QWidget*>(row.value)}) {
-      delete widget;
-    }
+    delete row.name;
+    delete row.slider;
+    delete row.value;
   }
   rows_.clear();
   last_ = preset_;
@@ -131,9 +130,8 @@ void WorldEditor::add_row(const WorldParameter& parameter, const WorldRange& ran
   row.slider->setRange(0, kPositions);
   row.slider->setMinimumWidth(70);
   row.slider->setValue(static_cast<int>(std::lround(kPositions * (middle - low) / (high - low))));
-  for (QWidget* widget : {static_cast<QWidget*>(row.name), static_cast<QWidget*>(row.slider)}) {
-    widget->setToolTip(QString::fromStdString(parameter.description));
-  }
+  row.name->setToolTip(QString::fromStdString(parameter.description));
+  row.slider->setToolTip(row.name->toolTip());
   const int line = grid_->rowCount();
   grid_->addWidget(row.name, line, 0);
   grid_->addWidget(row.slider, line, 1);

@@ -1,7 +1,6 @@
 // Choice of a world: a preset, and sliders for its numbers.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>

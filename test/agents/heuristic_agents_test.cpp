@@ -33,7 +33,7 @@ Twin play(const std::string& id, const std::string& name, std::uint64_t seed,
 }
 
 void expect_equal_episodes(const std::string& name_space, const std::string& id,
-                           const std::string& agent = "heuristic") {
+                           const std::string& agent) {
   ros::NodeHandle node;
   Inbox<walker_sim::Episode> episodes(node, name_space + "/episode");
   // Covers each seed once, and one episode more, from the agent's present episode.
@@ -56,15 +56,9 @@ void expect_equal_episodes(const std::string& name_space, const std::string& id,
   for (const std::uint64_t seed : kSeeds) EXPECT_GT(ends[seed], 0) << "seed " << seed;
 }
 
-TEST(ServiceAgent, PlaysBipedalWalkersHeuristicToTheBit) {
-  expect_equal_episodes("/lockstep", "BipedalWalker-v3");
-}
-
-TEST(ServiceAgent, PlaysWalker2dsHeuristicToTheBit) {
-  expect_equal_episodes("/lockstep_walker2d", "Walker2d-v5");
-}
-
-TEST(ServiceAgent, PlaysTheShippedPolicyToTheBit) {
+TEST(ServiceAgent, PlaysHeuristicsAndTheShippedPolicyToTheBit) {
+  expect_equal_episodes("/lockstep", "BipedalWalker-v3", "heuristic");
+  expect_equal_episodes("/lockstep_walker2d", "Walker2d-v5", "heuristic");
   expect_equal_episodes("/lockstep_policy", "BipedalWalker-v3", "policy");
 }
 

@@ -46,10 +46,8 @@ TEST(Parameters, ConvertExactNumbers) {
 }
 
 TEST(Parameters, IncludeTheirLimits) {
-  EXPECT_NO_THROW(complete({{"count", std::int64_t{1}}}));
-  EXPECT_NO_THROW(complete({{"count", std::int64_t{10}}}));
-  EXPECT_NO_THROW(complete({{"weight", 0.0}}));
-  EXPECT_NO_THROW(complete({{"weight", 2.0}}));
+  EXPECT_NO_THROW(complete({{"count", std::int64_t{1}}, {"weight", 0.0}}));
+  EXPECT_NO_THROW(complete({{"count", std::int64_t{10}}, {"weight", 2.0}}));
   EXPECT_NO_THROW(complete({{"range", std::vector<double>{-5, 5}}}));
 }
 
@@ -132,8 +130,6 @@ TEST(Parameters, TextOfDoublesKeepsEveryBit) {
     EXPECT_EQ(std::stod(to_string(value)), value);
   }
 }
-
-// ---------------------------------------------------------------- from a command line
 
 ParameterValue parse_one(const std::string& name, const std::string& text) {
   return parse_assignments(kDescriptions, {name + "=" + text}).at(name);

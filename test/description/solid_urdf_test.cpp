@@ -160,20 +160,9 @@ TEST_F(MadeUpUrdf, InventsNoNameInUse) {
   EXPECT_EQ(model.links_.size(), specification_.links.size() + 2);
 }
 
-// ---------------------------------------------------------------- Walker2d
-
-class Walker2dUrdf : public testing::TestWithParam<std::string> {
+class Walker2dUrdf : public CommittedUrdfTest, public testing::WithParamInterface<std::string> {
  protected:
-  void SetUp() override {
-    text_ = read_source("urdf/walker2d.urdf");
-    ASSERT_TRUE(model_.initString(text_));
-  }
-
-  const Specification& specification() const { return environment_->specification(); }
-
-  std::unique_ptr<Environment> environment_ = make(GetParam());
-  std::string text_;
-  urdf::Model model_;
+  Walker2dUrdf() : CommittedUrdfTest("walker2d", GetParam()) {}
 };
 
 TEST_P(Walker2dUrdf, EqualsTheGeneratedOne) {

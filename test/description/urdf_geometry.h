@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -16,6 +17,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include "description/link_tree.h"
+#include "walker_sim/registry.h"
 
 namespace walker {
 
@@ -26,7 +28,19 @@ inline std::string read_source(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// ---------------------------------------------------------------- frames
+/// A committed description, and the environment that it describes.
+class CommittedUrdfTest : public testing::Test {
+ protected:
+  CommittedUrdfTest(const std::string& robot, const std::string& id)
+      : environment_(make(id)), text_(read_source("urdf/" + robot + ".urdf")) {}
+  void SetUp() override { ASSERT_TRUE(model_.initString(text_)); }
+
+  const Specification& specification() const { return environment_->specification(); }
+
+  std::unique_ptr<Environment> environment_;
+  std::string text_;
+  urdf::Model model_;
+};
 
 inline urdf::Rotation to_urdf(const Quaternion& q) {
   urdf::Rotation rotation;
@@ -88,8 +102,6 @@ inline urdf::Pose pose_of_child(const urdf::Model& model, const Joint& joint, do
   return compose(turned, mount->parent_to_joint_origin_transform);
 }
 
-// ---------------------------------------------------------------- specifications
-
 /// Returns a description without the comment before it, which names the environment.
 inline std::string without_comment(const std::string& urdf) {
   return urdf.substr(urdf.find("-->"));
@@ -147,8 +159,6 @@ inline void expect_joints(const Specification& specification, const urdf::Model&
     }
   }
 }
-
-// ---------------------------------------------------------------- transforms
 
 inline std::vector<geometry_msgs::TransformStamped> transforms_to(
     const std::string& frame, const tf2_msgs::TFMessage& message) {

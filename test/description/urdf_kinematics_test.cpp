@@ -123,8 +123,6 @@ TEST(UrdfKinematics, HaveTheTreeOfBipedalWalkersTransforms) {
   EXPECT_EQ(state.transforms.size(), model.links_.size() + 1) << "the links and lidar";
 }
 
-// ---------------------------------------------------------------- poses
-
 TEST(RollPitchYaw, ReadsBackAsTheSameRotation) {
   const double quarter = std::sqrt(0.5);
   std::vector<Quaternion> rotations{{0, 0, 0, 1},

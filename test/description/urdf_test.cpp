@@ -148,18 +148,9 @@ double area_of(const Prism& prism) {
   return area;
 }
 
-class CommittedUrdf : public testing::Test {
+class CommittedUrdf : public CommittedUrdfTest {
  protected:
-  void SetUp() override {
-    text_ = read_source("urdf/bipedal_walker.urdf");
-    ASSERT_TRUE(model_.initString(text_));
-  }
-
-  const Specification& specification() const { return environment_->specification(); }
-
-  std::unique_ptr<Environment> environment_ = make("BipedalWalker-v3");
-  std::string text_;
-  urdf::Model model_;
+  CommittedUrdf() : CommittedUrdfTest("bipedal_walker", "BipedalWalker-v3") {}
 };
 
 TEST_F(CommittedUrdf, EqualsTheGeneratedOne) {
@@ -280,8 +271,6 @@ TEST_F(CommittedUrdf, HasTheJointsOfTheWorld) {
     EXPECT_EQ(model_.getJoint(joint.name)->limits->velocity, joint.maximum_velocity);
   }
 }
-
-// ---------------------------------------------------------------- make_urdf
 
 TEST(MakeUrdf, RejectsAMissingParentACycleAndALinkWithoutShape) {
   const Specification good = make("BipedalWalker-v3")->specification();

@@ -20,7 +20,7 @@
 #include "episode/fake_walker.h"
 #include "error_message.h"
 #include "restorable.h"
-#include "stepper.h"
+#include "test_name.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -261,11 +261,7 @@ TEST_P(AnyWalker, ARestoreThatIsGivenUpLeavesNothingBehind) {
 INSTANTIATE_TEST_SUITE_P(Ids, AnyWalker,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v4", "Walker2d-v5"),
-                         [](const auto& instance) {
-                           std::string name = instance.param;
-                           name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
-                           return name;
-                         });
+                         kNameOfId);
 
 TEST(EpisodeRecords, HasNoRecordBeforeTheFirstReset) {
   const Restorable simulation = simulation_of("BipedalWalker-v3");

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -164,17 +163,13 @@ TEST_F(EpisodeTest, ContinuesFromAGivenGeneratorState) {
       << "an increment is odd";
 }
 
-// ---------------------------------------------------------------- records of other environments
-
 std::string refusal(const EpisodeRecord& record, const Specification& specification) {
   return message_of<std::invalid_argument>([&] { check_repeatable(record, specification); });
 }
 
 std::string refusal_of(const std::string& name, const std::string& recorded,
                        const std::string& own) {
-  std::ostringstream words;
-  words << "parameter " << name << " = " << recorded << " in the record; here it is " << own;
-  return words.str();
+  return "parameter " + name + " = " + recorded + " in the record; here it is " + own;
 }
 
 class EpisodeRecordTest : public testing::Test {

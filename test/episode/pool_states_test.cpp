@@ -1,7 +1,6 @@
 // Pools continue saved states bit by bit, whether a pool or a single environment saved them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <random>
 #include <string>
 #include <tuple>
@@ -11,6 +10,7 @@
 #include "error_message.h"
 #include "kernel_variable.h"
 #include "saved_states.h"
+#include "test_name.h"
 
 namespace walker {
 namespace {
@@ -52,23 +52,13 @@ TEST_P(PoolStatesTest, ContinueAlike) {
 
 std::string name_of(const testing::TestParamInfo<PoolStatesTest::ParamType>& info) {
   const auto& [id, kernel, mode] = info.param;
-  std::string name = id + "_" + (kernel == nullptr ? "kernel" : kernel) + "_" + to_text(mode);
-  name.erase(std::remove(name.begin(), name.end(), '-'), name.end());
-  return name;
-}
-
-std::vector<std::string> all_ids() {
-  std::vector<std::string> ids;
-  for (const Registration& registration : registrations()) ids.push_back(registration.id);
-  return ids;
+  return test_name(id) + "_" + (kernel == nullptr ? "kernel" : kernel) + "_" + to_text(mode);
 }
 
 INSTANTIATE_TEST_SUITE_P(Pools, PoolStatesTest,
                          testing::Combine(testing::ValuesIn(all_ids()),
                                           testing::Values(nullptr, "off"),
-                                          testing::Values(AutoresetMode::next_step,
-                                                          AutoresetMode::same_step,
-                                                          AutoresetMode::disabled)),
+                                          testing::ValuesIn(kModes)),
                          name_of);
 
 PoolOptions options_of(std::size_t num_envs) { return {num_envs, 1, AutoresetMode::next_step, 0}; }

@@ -25,8 +25,6 @@ using Seeds = std::vector<std::optional<std::uint64_t>>;
 
 constexpr std::size_t kCount = 3;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr AutoresetMode kModes[] = {AutoresetMode::next_step, AutoresetMode::same_step,
-                                    AutoresetMode::disabled};
 const Values kOnes(2 * kCount, 1);
 
 class PoolTest : public testing::Test {

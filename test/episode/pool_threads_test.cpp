@@ -5,15 +5,16 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
-#include <ostream>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "base/random.h"
 #include "episode/rollout.h"
 #include "kernel_variable.h"
 #include "simd/choose_kernel.h"
+#include "test_name.h"
 
 namespace walker {
 namespace {
@@ -21,10 +22,7 @@ namespace {
 constexpr std::size_t kCount = 11;  // more than a SIMD group
 constexpr std::size_t kSteps = 75;
 
-struct Case {
-  std::string id;
-  AutoresetMode mode = AutoresetMode::next_step;
-};
+using Case = std::tuple<std::string, AutoresetMode>;
 
 /// Bits of each environment's results, one reset or step after another.
 using History = std::vector<std::vector<std::uint64_t>>;
@@ -33,7 +31,7 @@ class Player {
  public:
   Player(const Case& chosen, std::size_t num_threads)
       // With batches of one, recv can wait for the last environment.
-      : rollout_(chosen.id, {kCount, num_threads, chosen.mode, 1},
+      : rollout_(std::get<0>(chosen), {kCount, num_threads, std::get<1>(chosen), 1},
                  {{"max_episode_steps", std::int64_t{30}}}),
         action_size_(pool_.specification().action_size()),
         actions_(kSteps * kCount * action_size_),
@@ -115,8 +113,6 @@ class Player {
   std::vector<bool> needs_reset_;
 };
 
-void PrintTo(const Case& chosen, std::ostream* stream) { *stream << chosen.id; }
-
 class PoolThreadsTest : public testing::TestWithParam<Case> {};
 
 TEST_P(PoolThreadsTest, DoNotChangeResults) {
@@ -132,26 +128,12 @@ TEST_P(PoolThreadsTest, DoNotChangeResults) {
   }
 }
 
-std::vector<Case> cases() {
-  std::vector<Case> all;
-  for (const Registration& registration : registrations()) {
-    for (const AutoresetMode mode :
-         {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
-      all.push_back({registration.id, mode});
-    }
-  }
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(EveryWalker, PoolThreadsTest, testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(EveryWalker, PoolThreadsTest,
+                         testing::Combine(testing::ValuesIn(all_ids()), testing::ValuesIn(kModes)),
                          [](const testing::TestParamInfo<Case>& chosen) {
-                           std::string name = chosen.param.id + "_" + to_text(chosen.param.mode);
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
+                           return test_name(std::get<0>(chosen.param)) + "_" +
+                                  to_text(std::get<1>(chosen.param));
                          });
-
-// ---------------------------------------------------------------- kernels that step several
-// walkers
 
 /// Instruction set of every processor of this architecture.
 const char* last_set() {
@@ -184,8 +166,7 @@ std::vector<std::uint64_t> play(const std::string& id, const Grouping& grouping,
 class KernelPoolTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
-  for (const AutoresetMode mode :
-       {AutoresetMode::next_step, AutoresetMode::same_step, AutoresetMode::disabled}) {
+  for (const AutoresetMode mode : kModes) {
     for (const std::size_t num_envs : {1U, 3U, 64U, 71U}) {
       const std::vector<std::uint64_t> expected = play(GetParam(), {"off", 1}, num_envs, mode);
       for (const Grouping& grouping :
@@ -200,10 +181,7 @@ TEST_P(KernelPoolTest, IsTheSameForAllGroupings) {
 INSTANTIATE_TEST_SUITE_P(Walkers, KernelPoolTest,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v5"),
-                         [](const testing::TestParamInfo<const char*>& test) {
-                           const std::string id = test.param;
-                           return id.substr(0, id.find('-'));
-                         });
+                         kNameOfId);
 
 }  // namespace
 }  // namespace walker

@@ -14,6 +14,7 @@
 #include "bits.h"
 #include "episode/episode.h"
 #include "error_message.h"
+#include "test_name.h"
 
 namespace walker {
 namespace {
@@ -261,11 +262,7 @@ TEST_P(PushesTest, ARecordsPushesAreChecked) {
 INSTANTIATE_TEST_SUITE_P(Ids, PushesTest,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v5", "Hopper-v5"),
-                         [](const auto& each) {
-                           std::string name = each.param;
-                           name.erase(name.find('-'), 1);
-                           return name;
-                         });
+                         kNameOfId);
 
 }  // namespace
 }  // namespace walker

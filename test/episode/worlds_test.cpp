@@ -12,6 +12,7 @@
 #include "episode/episode.h"
 #include "episode/rollout.h"
 #include "error_message.h"
+#include "test_name.h"
 
 namespace walker {
 namespace {
@@ -260,9 +261,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"Walker2d-v5"},
                     Case{"Hopper-v5", {{"include_lidar_in_observation", true}}}),
     [](const auto& one) {
-      std::string name = one.param.id;
-      name.erase(name.find('-'), 1);
-      return name + (one.param.parameters.empty() ? "" : "_with_lidar");
+      return test_name(one.param.id) + (one.param.parameters.empty() ? "" : "_with_lidar");
     });
 
 }  // namespace

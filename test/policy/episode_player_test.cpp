@@ -18,6 +18,7 @@
 #include "episode/fake_walker.h"
 #include "error_message.h"
 #include "policy/policy_bytes.h"
+#include "stepper.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -56,37 +57,32 @@ auto fields(const PlayedEpisode& one) {
 /// Plays one episode step by step.
 PlayedEpisode stepped(const std::string& id, Policy& policy, std::uint64_t seed,
                       const World& world) {
-  const std::unique_ptr<Environment> environment = make(id);
-  const Specification& specification = environment->specification();
-  environment->set_world(world);
+  Stepper walker(id);
+  const Specification& specification = walker.environment->specification();
+  walker.environment->set_world(world);
   PlayedEpisode played;
-  std::vector<double> observation(specification.observation_size());
-  played.info.resize(specification.info_names.size());
-  played.observation_sums.resize(observation.size());
-  played.observation_squares.resize(observation.size());
+  played.observation_sums.resize(walker.observation.size());
+  played.observation_squares.resize(walker.observation.size());
   std::vector<double> action(specification.action_size());
-  Result result;
-  result.observation = observation.data();
-  result.info = played.info.data();
-  environment->reset(seed, result);
-  played.world = environment->world_values();
-  while (!result.terminated && !result.truncated) {
-    for (std::size_t i = 0; i < observation.size(); ++i) {
-      if (specification.observation_dtype == "float32") {
-        observation[i] = static_cast<float>(observation[i]);
-      }
-      played.observation_sums[i] += observation[i];
-      played.observation_squares[i] += observation[i] * observation[i];
+  walker.reset(seed);
+  played.world = walker.environment->world_values();
+  while (!walker.has_ended()) {
+    for (std::size_t i = 0; i < walker.observation.size(); ++i) {
+      double& value = walker.observation[i];
+      if (specification.observation_dtype == "float32") value = static_cast<float>(value);
+      played.observation_sums[i] += value;
+      played.observation_squares[i] += value * value;
     }
-    policy.act(observation.data(), action.data());
-    environment->step(action.data(), action.size(), result);
-    played.episode_return += result.reward;
+    policy.act(walker.observation.data(), action.data());
+    walker.step(action);
+    played.episode_return += walker.result.reward;
     ++played.length;
   }
-  played.terminated = result.terminated;
-  played.truncated = result.truncated;
-  played.reward = result.reward;
-  played.end_reason = result.end_reason;
+  played.info = walker.info;
+  played.terminated = walker.result.terminated;
+  played.truncated = walker.result.truncated;
+  played.reward = walker.result.reward;
+  played.end_reason = walker.result.end_reason;
   return played;
 }
 
@@ -98,11 +94,7 @@ TEST_P(EpisodePlayerTest, EpisodesHaveTheBitsOfSingleSteps) {
   Policy second = changed(first, 0.02F);
   const std::vector<World> worlds{{}, load_world("pushed")};
   const std::vector<EpisodeJob> jobs{{0, 5, 0}, {1, 5, 0}, {0, 6, 1}, {1, 7, 1}, {0, 1U << 31U, 0}};
-  EpisodePlayerOptions options;
-  options.num_threads = 2;
-  options.num_envs = 3;  // fewer than jobs
-  options.sums_observations = true;
-  EpisodePlayer player([&] { return make(id); }, options);
+  EpisodePlayer player([&] { return make(id); }, {2, 3, true});  // fewer environments than jobs
   const Outcomes outcomes = play(player, {&first, &second}, worlds, jobs);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     SCOPED_TRACE(i);
@@ -125,10 +117,8 @@ TEST(EpisodePlayer, OutcomesDoNotDependOnThreadsOrCompany) {
   for (std::uint64_t seed = 0; seed < 30; ++seed)
     jobs.push_back({seed % 3 == 0 ? 1U : 0U, seed, 0});
   Outcomes before;
-  for (const auto& [num_threads, num_envs] : {std::pair{1, 1}, {1, 30}, {3, 7}, {2, 0}}) {
-    EpisodePlayerOptions options;
-    options.num_threads = static_cast<std::size_t>(num_threads);
-    options.num_envs = static_cast<std::size_t>(num_envs);
+  for (const EpisodePlayerOptions& options :
+       std::vector<EpisodePlayerOptions>{{1, 1}, {1, 30}, {3, 7}, {2, 0}}) {
     EpisodePlayer player([] { return make("Walker2d-v5", {{"max_episode_steps", 200}}); }, options);
     for (int repetition = 0; repetition < 2; ++repetition) {  // its walkers are used again
       const Outcomes outcomes = play(player, {&policy, &other}, {}, jobs);
@@ -156,8 +146,6 @@ TEST(EpisodePlayer, NoJobsAreNoEpisodes) {
   player.play({}, {}, {}, [](std::size_t, const PlayedEpisode&) { FAIL(); });
 }
 
-// ---------------------------------------------------------------- failures
-
 TEST(EpisodePlayer, ErrorsNameWhatIsWrong) {
   const auto walker = [] { return make("Walker2d-v5", {{"max_episode_steps", 20}}); };
   EpisodePlayer player(walker);
@@ -183,9 +171,7 @@ TEST(EpisodePlayer, ErrorsNameWhatIsWrong) {
               policy.with_parameters({1, 2});
             }).substr(0, 7),
             "policy ");
-  EpisodePlayerOptions options;
-  options.num_threads = 100000;
-  EXPECT_EQ(message_of<std::exception>([&] { EpisodePlayer(walker, options); }),
+  EXPECT_EQ(message_of<std::exception>([&] { EpisodePlayer(walker, {100000}); }),
             "num_threads = 100000: must be in [0, 1024]");
   EXPECT_EQ(message_of<std::exception>([] {
               EpisodePlayer([] { return make("BipedalWalker-v3", {{"reuse_world", true}}); });
@@ -196,9 +182,7 @@ TEST(EpisodePlayer, ErrorsNameWhatIsWrong) {
 }
 
 TEST(EpisodePlayer, AnExceptionOfTheReceiverEndsTheCall) {
-  EpisodePlayerOptions options;
-  options.num_threads = 2;
-  EpisodePlayer player([] { return make("Walker2d-v5", {{"max_episode_steps", 20}}); }, options);
+  EpisodePlayer player([] { return make("Walker2d-v5", {{"max_episode_steps", 20}}); }, {2});
   const Policy policy = shipped("Walker2d-v5");
   const std::vector<EpisodeJob> jobs(500, {0, 1, 0});
   std::size_t count = 0;
@@ -220,10 +204,7 @@ TEST(EpisodePlayer, AnEngineThatFailsEndsItsEpisodeAlone) {
     robot->reset_fails = number++ == 2;
     return std::make_unique<Episode>(std::move(robot));
   };
-  EpisodePlayerOptions options;
-  options.num_threads = 1;
-  options.num_envs = 3;
-  EpisodePlayer player(walker, options);
+  EpisodePlayer player(walker, {1, 3});
   PolicyBytes written;
   written.metadata = {{"format", "walker_sim policy 1"},
                       {"id", "Fake-v0"},

@@ -172,8 +172,6 @@ TEST_F(ArithmeticTest, TanhHasEigensBits) {
 
 #endif
 
-// ---------------------------------------------------------------- allocations
-
 Forward network(Activation activation, Output output, const std::vector<int>& sizes) {
   Network result;
   result.activation = activation;

@@ -29,6 +29,10 @@
 
 namespace walker::test {
 
+/// Changes of a message, and words of what the replay then says.
+template <typename Message>
+using Changes = std::vector<std::pair<std::function<void(Message&)>, std::string>>;
+
 /// A server's episodes.
 class Session {
  public:

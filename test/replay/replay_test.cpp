@@ -12,6 +12,7 @@
 #include "base/engine_release.h"
 #include "replay/replay_bags.h"
 #include "ros/records.h"
+#include "test_name.h"
 
 namespace walker::test {
 namespace {
@@ -65,13 +66,9 @@ TEST_P(ReplayOfEach, RestoredEpisodesAreRepeatedFromTheirReset) {
 }
 
 TEST_P(ReplayOfEach, DifferencesAreReportedWithTheirStep) {
-  struct Case {
-    std::function<void(EpisodeRecord&)> change;
-    std::string words;
-  };
   const std::size_t size = make(GetParam())->specification().action_size();
   const std::size_t eleventh = 10 * size;
-  const std::vector<Case> cases = {
+  const Changes<EpisodeRecord> cases = {
       {[](auto& r) { r.checksums[0] ^= 1U; }, "differs at step 0 of the record: checksum = "},
       {[](auto& r) { r.checksums[7] ^= 1U; }, "differs at step 7 of the record: checksum = "},
       {[](auto& r) { r.checksums[20] ^= 1U; }, "differs at step 20 of the record: checksum = "},
@@ -91,14 +88,14 @@ TEST_P(ReplayOfEach, DifferencesAreReportedWithTheirStep) {
       {[](auto& r) { r.episode.has_seed = 1; },
        "differs at its beginning: generator_state is not that of seed = 0"},
   };
-  for (const Case& one : cases) {
-    SCOPED_TRACE(one.words);
+  for (const auto& [change, words] : cases) {
+    SCOPED_TRACE(words);
     Session session = three_episodes(GetParam());
-    one.change(session.records()[1]);
+    change(session.records()[1]);
     const Outcome outcome = replay_of(session);
     EXPECT_FALSE(outcome.is_equal);
     EXPECT_PRED2(ends_with, outcome.line(1), "  equal");
-    EXPECT_PRED2(contains, outcome.line(2), one.words);
+    EXPECT_PRED2(contains, outcome.line(2), words);
     EXPECT_PRED2(ends_with, outcome.line(3), "  equal");
     EXPECT_PRED2(ends_with, outcome.text,
                  "\n2 episodes equal to the bit (30 steps), 1 differing\n");
@@ -147,11 +144,7 @@ TEST_P(ReplayOfEach, PushesByHand) {
   const Outcome outcome = replay_of(session);
   EXPECT_TRUE(outcome.is_equal) << outcome;
   EXPECT_PRED2(ends_with, outcome.line(1), "  equal");
-  struct Case {
-    std::function<void(EpisodeRecord&)> change;
-    std::string words;
-  };
-  const std::vector<Case> cases = {
+  const Changes<EpisodeRecord> cases = {
       {[](auto& r) { r.pushes[3].force_x += 1; }, "differs at step 3 of the record: checksum"},
       {[](auto& r) { r.pushes.clear(); }, "differs at step 1 of the record: checksum"},
       {[](auto& r) { r.pushes[0].link = 5000; }, "pushes[0].link = 5000; must be below"},
@@ -159,19 +152,15 @@ TEST_P(ReplayOfEach, PushesByHand) {
       {[](auto& r) { r.pushes[9].step = 21; }, "pushes[9].step = 21; must be in [1, 20]"},
       {[](auto& r) { r.pushes[9] = r.pushes[8]; }, "pushes[9] is not after the push before it"}};
   const EpisodeRecord recorded = session.records()[0];
-  for (const Case& one : cases) {
+  for (const auto& [change, words] : cases) {
     session.records()[0] = recorded;
-    one.change(session.records()[0]);
-    EXPECT_PRED2(contains, replay_of(session).line(1), one.words);
+    change(session.records()[0]);
+    EXPECT_PRED2(contains, replay_of(session).line(1), words);
   }
 }
 
 TEST_P(ReplayOfEach, WorldsAreChecked) {
-  struct Case {
-    std::function<void(std::vector<walker_sim::WorldParameter>&)> change;
-    std::string words;
-  };
-  const std::vector<Case> cases = {
+  const Changes<std::vector<walker_sim::WorldParameter>> cases = {
       {[](auto& world) { world[0].high += 1; }, "not compared: world parameter {gravity: ["},
       {[](auto& world) { world[0].low = world[0].high = NAN; }, "not compared: world parameter {"},
       {[](auto& world) { world.push_back(world[0]); },
@@ -182,34 +171,26 @@ TEST_P(ReplayOfEach, WorldsAreChecked) {
       {[](auto& world) { world[0].low = world[0].high = -5; }, "differs at step "},
       {[](auto& world) { world.clear(); }, "differs at step "},
   };
-  for (const Case& one : cases) {
-    SCOPED_TRACE(one.words);
+  for (const auto& [change, words] : cases) {
+    SCOPED_TRACE(words);
     Session session(GetParam(), short_episodes(GetParam()));
     session.set_world({{"gravity", {-11, -8}}});
     session.reset(3);
     session.walk();
-    one.change(session.records()[0].episode.world);
-    EXPECT_PRED2(contains, replay_of(session).line(1), one.words);
+    change(session.records()[0].episode.world);
+    EXPECT_PRED2(contains, replay_of(session).line(1), words);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Ids, ReplayOfEach,
                          testing::Values("BipedalWalker-v3", "BipedalWalkerHardcore-v3",
                                          "Walker2d-v4", "Walker2d-v5"),
-                         [](const auto& each) {
-                           std::string name = each.param;
-                           name.erase(name.find('-'), 1);
-                           return name;
-                         });
+                         kNameOfId);
 
 using ReplayTest = BagTest;
 
 TEST_F(ReplayTest, EpisodesThatCannotBeRepeatedAreNotCompared) {
-  struct Case {
-    std::function<void(EpisodeRecord&)> change;
-    std::string words;
-  };
-  const std::vector<Case> cases = {
+  const Changes<EpisodeRecord> cases = {
       {[](auto& r) { r.spec.id = "BipedalWalker-v4"; },
        "environment BipedalWalker-v4: unknown; did you mean BipedalWalker-v3?"},
       {[](auto& r) { r.spec.parameter_names[0] = "softcore"; }, "parameter softcore = "},
@@ -231,13 +212,13 @@ TEST_F(ReplayTest, EpisodesThatCannotBeRepeatedAreNotCompared) {
        },
        "an episode of this environment depends on those before it"},
       {[](auto& r) { r.checksums.clear(); }, "the record has no checksums"}};
-  for (const Case& one : cases) {
-    SCOPED_TRACE(one.words);
+  for (const auto& [change, words] : cases) {
+    SCOPED_TRACE(words);
     Session session = three_episodes();
-    one.change(session.records()[2]);
+    change(session.records()[2]);
     Outcome outcome = replay_of(session);
     EXPECT_TRUE(outcome.is_equal) << outcome;
-    EXPECT_PRED2(contains, outcome.line(3), "  not compared: " + one.words);
+    EXPECT_PRED2(contains, outcome.line(3), "  not compared: " + words);
     EXPECT_PRED2(ends_with, outcome.text,
                  "\n2 episodes equal to the bit (40 steps), 1 not compared\n");
     session.records().erase(session.records().begin(), session.records().begin() + 2);
