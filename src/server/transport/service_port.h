@@ -24,7 +24,7 @@ namespace walker {
 
 /// Listens like roscpp and registers services with the master, but runs handlers in the thread that
 /// reads the sockets. With roscpp's services a round trip makes four hops between threads, and a
-/// write from outside its network thread makes that thread spin (docs/transport.md).
+/// write from outside its network thread makes that thread spin.
 ///
 /// Clients' resources are bounded: connections, bytes of a request, bytes of all unfinished
 /// requests and unread answers. Beyond the last, the longest idle session with `holds_much` yields.
