@@ -71,8 +71,9 @@ copy_engines() {
     cp -a "$BOX2D_SOURCE_DIR/." "$1/box2d" && cp -a "$MUJOCO_DIR/." "$1/mujoco"
 }
 
-# in_debian_root DIR CMD...: runs CMD in the root, without this system's environment variables.
 change_root=(chroot) # no /proc: most containers may not mount one
+
+# in_debian_root DIR CMD...: runs CMD in the root, without this system's environment variables.
 in_debian_root() {
   "${change_root[@]}" "$1" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 "${@:2}"
 }

@@ -23,8 +23,8 @@ std::string element(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
-void check_index(const std::string& field, std::uint32_t environment, std::size_t num_envs) {
-  if (environment < num_envs) return;
+[[noreturn]] void fail_index(const std::string& field, std::uint32_t environment,
+                             std::size_t num_envs) {
   fail(field + " is " + std::to_string(environment) +
        "; must be below num_envs = " + std::to_string(num_envs));
 }
@@ -41,7 +41,7 @@ void check_environments(const char* field, const std::vector<std::uint32_t>& env
                         std::size_t num_envs) {
   for (std::size_t i = 0; i < environments.size(); ++i) {
     const std::uint32_t index = environments[i];
-    check_index(element(field, i), index, num_envs);
+    if (index >= num_envs) fail_index(element(field, i), index, num_envs);
     if (i > 0 && index <= environments[i - 1]) {
       fail(element(field, i) + " is " + std::to_string(index) + "; must be above the one before, " +
            std::to_string(environments[i - 1]));
@@ -53,7 +53,8 @@ void check_failures(const std::vector<std::uint32_t>& environments,
                     const std::vector<std::string>& failures, std::size_t num_envs) {
   check_size("failures", failures.size(), environments.size());
   for (std::size_t i = 0; i < environments.size(); ++i) {
-    check_index(element("failed_environments", i), environments[i], num_envs);
+    if (environments[i] < num_envs) continue;
+    fail_index(element("failed_environments", i), environments[i], num_envs);
   }
 }
 
@@ -125,7 +126,9 @@ void read_worlds(Reader& reader, std::size_t num_envs, std::vector<EnvironmentWo
   worlds.resize(size);
   for (std::size_t i = 0; i < worlds.size(); ++i) {
     reader.read(worlds[i].environment);
-    check_index(element("worlds", i) + ".environment", worlds[i].environment, num_envs);
+    if (worlds[i].environment >= num_envs) {
+      fail_index(element("worlds", i) + ".environment", worlds[i].environment, num_envs);
+    }
     read_values(reader, worlds[i].values);
   }
 }
@@ -140,7 +143,9 @@ void read_fields(Reader& reader, Transition& transition) {
 void check(const ServerSpecification& server, const Transition& transition) {
   check_size("observation", transition.observation.size(), server.observation_size);
   check_size("info", transition.info.size(), server.info_names.size());
-  check_index("environment", transition.environment, server.num_envs);
+  if (transition.environment >= server.num_envs) {
+    fail_index("environment", transition.environment, server.num_envs);
+  }
   check_size("action", transition.action.size(), transition.step == 0 ? 0 : server.action_size);
 }
 

@@ -48,7 +48,8 @@ class PolicyBinding : public Policy {
   explicit PolicyBinding(Policy policy) : Policy(std::move(policy)) {}
 
   static std::unique_ptr<PolicyBinding> from_bytes(const std::string& name,
-                                                   const std::string& content) {
+                                                   const py::bytes& bytes) {
+    const std::string content(bytes);
     return std::make_unique<PolicyBinding>(Policy(name, {content.begin(), content.end()}));
   }
 

@@ -211,9 +211,10 @@ class TerrainGenerator {
   std::int64_t stair_height_ = 0;  // +1 up, -1 down
 };
 
-/// Whether a world names a size of this kind of obstacle, such as stump_width for "stump_".
+/// Whether a world names a size of this kind of obstacle, such as stump_width for "stump_". No
+/// other parameter begins with such a prefix.
 template <typename Values>
-bool has(const Values& values, const std::string& kind) {
+bool has_size_of(const Values& values, const std::string& kind) {
   const auto first = values.lower_bound(kind);
   return first != values.end() && first->first.rfind(kind, 0) == 0;
 }
@@ -233,12 +234,12 @@ Level level_of(const WorldValues& values, const CourseSize& size, double roughne
   };
   level.obstacle_spacing = optional("obstacle_spacing");
   level.pit_gap = optional("pit_gap");
-  if (has(values, "stump_")) {
+  if (has_size_of(values, "stump_")) {
     level.stumps = {value_or(values, "stump_width", size.stumps.width),
                     value_or(values, "stump_height", size.stumps.height),
                     value_or(values, "stump_float", size.stumps.clearance)};
   }
-  if (has(values, "stair_")) {
+  if (has_size_of(values, "stair_")) {
     level.stairs = {value_or(values, "stair_width", size.stairs.tread_width),
                     value_or(values, "stair_height", size.stairs.rise),
                     static_cast<int>(value_or(values, "stair_steps", size.stairs.num_treads))};
@@ -276,7 +277,7 @@ std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const Le
 
 void check_level(const World& world, const CourseSize& size, bool hardcore,
                  const std::string& advice) {
-  if (has(world, "stair_")) {
+  if (has_size_of(world, "stair_")) {
     const double width = range_or(world, "stair_width", size.stairs.tread_width).high;
     const double steps = range_or(world, "stair_steps", size.stairs.num_treads).high;
     if (steps * width > size.obstacle_course()) {
@@ -286,8 +287,8 @@ void check_level(const World& world, const CourseSize& size, bool hardcore,
           shortest_text(size.obstacle_course()) + " m, the length of the course");
     }
   }
-  const bool has_obstacles =
-      hardcore || has(world, "stump_") || has(world, "stair_") || has(world, "pit_gap");
+  const bool has_obstacles = hardcore || has_size_of(world, "stump_") ||
+                             has_size_of(world, "stair_") || has_size_of(world, "pit_gap");
   const auto spacing = world.find("obstacle_spacing");
   if (spacing != world.end() && !has_obstacles) {
     throw std::invalid_argument("obstacle_spacing = " + shortest_text(spacing->second.high) +

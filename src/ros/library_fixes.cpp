@@ -165,13 +165,16 @@ extern "C" __attribute__((visibility("default"))) int bind(int descriptor, const
     sockaddr_in ipv4;
   } copy{};
   if (walker::is_loopback_only()) {
-    std::memcpy(&copy, address, std::min<std::size_t>(size, sizeof(copy)));
+    const socklen_t copied = std::min<socklen_t>(size, sizeof(copy));
+    std::memcpy(&copy, address, copied);
     if (address->sa_family == AF_INET && copy.ipv4.sin_addr.s_addr == htonl(INADDR_ANY)) {
       copy.ipv4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
       address = reinterpret_cast<const sockaddr*>(&copy);
+      size = copied;
     } else if (address->sa_family == AF_INET6 && IN6_IS_ADDR_UNSPECIFIED(&copy.ipv6.sin6_addr)) {
       copy.ipv6.sin6_addr = in6addr_loopback;
       address = reinterpret_cast<const sockaddr*>(&copy);
+      size = copied;
     }
   }
   return static_cast<int>(syscall(SYS_bind, descriptor, address, size));

@@ -257,7 +257,8 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
     ros::init(argc, argv, node.name, ros::init_options::NoSigintHandler);
     is_started = true;
     ros::start();
-    ROS_DEBUG_STREAM(listening_addresses());
+    const std::string addresses = listening_addresses();  // linked even if DEBUG is compiled out
+    ROS_DEBUG_STREAM(addresses);
     if (ros::ok()) run();
   } catch (const Interrupted&) {
     return EXIT_SUCCESS;

@@ -104,7 +104,6 @@ void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& 
 
 void Outputs::publish_state(ros::Time stamp) {
   const EpisodeState& state = shown_.state();
-  publish_due_episode();
   if (state.error.empty()) {
     stamps_[state.step % stamps_.size()] = stamp;
     if (transforms_.is_heard()) {
@@ -148,7 +147,7 @@ void Outputs::publish_measurements() {
 /// roscpp wakes one of its threads for each latched message, even without subscribers. That thread
 /// would take a core from a client that steps without a pause, so the message waits for one.
 void Outputs::publish_episode(ros::Time stamp) {
-  if (episode_.is_heard()) publish_waiting();
+  if (episode_.is_heard()) publish_waiting_episode();
   to_message(shown_.state(), frames_, stamp, episode_.message);
   is_episode_waiting_ = true;
   publish_due_episode();
@@ -156,13 +155,13 @@ void Outputs::publish_episode(ros::Time stamp) {
 
 void Outputs::publish_due_episode() {
   if (!is_episode_waiting_) return;
-  if (episode_.is_heard() || Clock::now() >= episode_is_due_) publish_waiting();
+  if (episode_.is_heard() || Clock::now() >= episode_due_at_) publish_waiting_episode();
 }
 
-void Outputs::publish_waiting() {
+void Outputs::publish_waiting_episode() {
   if (!std::exchange(is_episode_waiting_, false)) return;
   episode_.publish();
-  episode_is_due_ = Clock::now() + kMaxEpisodeDelay;
+  episode_due_at_ = Clock::now() + kMaxEpisodeDelay;
 }
 
 walker_sim::Transition Outputs::message(const EpisodeState& state, ros::Time stamp) const {

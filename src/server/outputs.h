@@ -41,9 +41,11 @@ class Outputs {
   /// its record.
   void publish_step(ros::Time stamp);
 
-  /// Publishes an episode that nobody was subscribed to. Called before the server blocks, and if
-  /// that does not happen for 10 ms, by `publish_reset` and `publish_step`.
-  void publish_waiting();
+  /// Publishes an episode that had no subscriber. Called before the server may block.
+  void publish_waiting_episode();
+  /// The same if there is a subscriber now, or 10 ms after the episode before. Called between
+  /// requests.
+  void publish_due_episode();
 
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
   /// runs or nobody subscribes to records.
@@ -81,7 +83,6 @@ class Outputs {
   void publish_state(ros::Time stamp);
   void publish_measurements();
   void publish_episode(ros::Time stamp);
-  void publish_due_episode();
   ros::Publisher advertise_records(ros::NodeHandle& node);
   void publish_record(ros::Time stamp);
   walker_sim::EpisodeRecord record(ros::Time stamp) const;
@@ -106,7 +107,7 @@ class Outputs {
   Topic<walker_sim::Transition> transition_;
   Topic<walker_sim::Episode> episode_;
   bool is_episode_waiting_ = false;
-  Clock::time_point episode_is_due_;
+  Clock::time_point episode_due_at_;
   Topic<tf2_msgs::TFMessage> transforms_;
   ros::Publisher record_publisher_;
   ros::Publisher spec_publisher_;

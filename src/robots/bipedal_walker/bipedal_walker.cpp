@@ -80,16 +80,17 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
       walker.step_group(each, 1);
       continue;
     }
-    if (step.generator != nullptr) {
-      try {
+    try {
+      if (step.generator != nullptr) {
         walker.begin_episode(*step.generator);
-      } catch (...) {
-        step.failure = std::current_exception();
-        continue;
+        step.action = kNoTorque.data();
       }
-      step.action = kNoTorque.data();
+      walker.begin_step(step);
+    } catch (...) {
+      walker.physics_.reset();
+      step.failure = std::current_exception();
+      continue;
     }
-    walker.begin_step(step);
     calls[num_calls] = {&*walker.physics_, &step.failure};
     members[num_calls++] = &step;
   }

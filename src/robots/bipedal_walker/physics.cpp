@@ -205,6 +205,7 @@ void Physics::drive(const double* action) {
         dynamics_.motor_strength * kMotorTorque * std::min(std::abs(action[i]), 1.0);
     joints_[i]->SetMaxMotorTorque(static_cast<float>(torque));
   }
+  // A damping torque acts against each joint's speed before the step.
   if (dynamics_.joint_damping == 0) return;
   for (b2RevoluteJoint* joint : joints_) {
     const auto damping = static_cast<float>(dynamics_.joint_damping);

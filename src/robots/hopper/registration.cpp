@@ -3,6 +3,7 @@
 #include <limits>
 #include <utility>
 
+#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/locomotion_robot.h"
 
 namespace walker::hopper {

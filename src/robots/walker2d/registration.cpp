@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/locomotion_robot.h"
 
 namespace walker::walker2d {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "robots/mujoco/kernel/kernel_physics.h"
+#include "robots/mujoco/kernel/kernel.h"
 #include "walker_sim/registry.h"
 
 namespace walker::walker2d {

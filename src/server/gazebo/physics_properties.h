@@ -22,8 +22,8 @@ class Drive;
 namespace walker::gazebo {
 
 /// gazebo_msgs/ODEPhysics, as serialized: settings of the engine that Gazebo runs by default. They
-/// are ignored in a request and 0 in a response.
-using OdePhysics = boost::array<std::uint8_t, 61>;
+/// are ignored in a request and 0 in a response. A flag, two uint32, six float64 and a uint32.
+using OdePhysics = boost::array<std::uint8_t, 1 + 2 * 4 + 6 * 8 + 4>;
 
 struct GetPhysicsProperties {
   using Request = std_srvs::Empty::Request;

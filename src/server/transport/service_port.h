@@ -31,7 +31,7 @@ namespace walker {
 class ServicePort {
  public:
   /// @param spin            longest time to poll for the next request after an answer
-  /// @param before_blocking called before the port blocks
+  /// @param before_blocking called before the port may block
   /// @throws std::system_error if no socket can listen
   ServicePort(std::chrono::microseconds spin, std::function<void()> before_blocking);
   ServicePort(const ServicePort&) = delete;

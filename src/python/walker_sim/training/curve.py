@@ -33,8 +33,12 @@ def write_curve(points: Sequence[Point], path: Path) -> None:
 
 def read_curve(path: Path) -> list[Point]:
     with path.open(newline="") as file:
-        _, *rows = csv.reader(file)
-    return [Point._make([int(row[0]), *map(float, row[1:-1]), row[-1]]) for row in rows]
+        rows = list(csv.reader(file))[1:]
+    points = []
+    for steps, *numbers, world in rows:
+        seconds, training, mean, deviation, least = map(float, numbers)
+        points.append(Point(int(steps), seconds, training, mean, deviation, least, world))
+    return points
 
 
 def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
