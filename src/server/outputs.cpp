@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <ros/single_subscriber_publisher.h>
+#include <boost/make_shared.hpp>
 
 #include "ros/records.h"
 
@@ -13,7 +14,6 @@ namespace {
 constexpr std::uint32_t kState = 1;      // only the newest state matters
 constexpr std::uint32_t kRecord = 1000;  // a recorder may get no processor for seconds
 constexpr bool kLatched = true;
-constexpr std::chrono::milliseconds kMaxEpisodeDelay{10};
 
 }  // namespace
 
@@ -29,8 +29,8 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
       reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
       observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
       transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
-      episode_{node.advertise<walker_sim::Episode>("episode", kRecord, kLatched), {}},
       transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue), {}},
+      episode_publisher_(node.advertise<walker_sim::Episode>("episode", kRecord, kLatched)),
       record_publisher_(advertise_records(node)),
       spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
       static_transforms_publisher_(
@@ -144,24 +144,12 @@ void Outputs::publish_measurements() {
   scan_.publish_if_heard(specification, sensors, frames_, stamp);
 }
 
-/// roscpp wakes one of its threads for each latched message, even without subscribers. That thread
-/// would take a core from a client that steps without a pause, so the message waits for one.
+/// The message is shared, for which roscpp wakes no thread of its own unless there is a subscriber:
+/// that thread would take a core from a client that steps without a pause.
 void Outputs::publish_episode(ros::Time stamp) {
-  if (episode_.is_heard()) publish_waiting_episode();
-  to_message(shown_.state(), frames_, stamp, episode_.message);
-  is_episode_waiting_ = true;
-  publish_due_episode();
-}
-
-void Outputs::publish_due_episode() {
-  if (!is_episode_waiting_) return;
-  if (episode_.is_heard() || Clock::now() >= episode_due_at_) publish_waiting_episode();
-}
-
-void Outputs::publish_waiting_episode() {
-  if (!std::exchange(is_episode_waiting_, false)) return;
-  episode_.publish();
-  episode_due_at_ = Clock::now() + kMaxEpisodeDelay;
+  const auto message = boost::make_shared<walker_sim::Episode>();
+  to_message(shown_.state(), frames_, stamp, *message);
+  episode_publisher_.publish(message);
 }
 
 walker_sim::Transition Outputs::message(const EpisodeState& state, ros::Time stamp) const {

@@ -1,7 +1,6 @@
 // Outputs of a state: topics, markers, pictures, and the transition in a response.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -40,12 +39,6 @@ class Outputs {
   /// Publishes the state after a step, and if the episode has ended, also the episode (latched) and
   /// its record.
   void publish_step(ros::Time stamp);
-
-  /// Publishes an episode that had no subscriber. Called before the server may block.
-  void publish_waiting_episode();
-  /// The same if there is a subscriber now, or 10 ms after the episode before. Called between
-  /// requests.
-  void publish_due_episode();
 
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
   /// runs or nobody subscribes to records.
@@ -87,8 +80,6 @@ class Outputs {
   void publish_record(ros::Time stamp);
   walker_sim::EpisodeRecord record(ros::Time stamp) const;
 
-  using Clock = std::chrono::steady_clock;
-
   Episode& shown_;
   ServerOptions options_;
   Frames frames_;
@@ -105,10 +96,8 @@ class Outputs {
   Topic<std_msgs::Float64> reward_;
   Topic<std_msgs::Float64MultiArray> observation_;
   Topic<walker_sim::Transition> transition_;
-  Topic<walker_sim::Episode> episode_;
-  bool is_episode_waiting_ = false;
-  Clock::time_point episode_due_at_;
   Topic<tf2_msgs::TFMessage> transforms_;
+  ros::Publisher episode_publisher_;
   ros::Publisher record_publisher_;
   ros::Publisher spec_publisher_;
   ros::Publisher static_transforms_publisher_;

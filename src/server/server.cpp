@@ -179,7 +179,7 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       outputs_(node_, pool_, options, make_renderer),
       simulation_(options, pool_, clock_, outputs_),
       restores_(simulation_, outputs_, make_environment),
-      port_(options.spin, [this] { outputs_.publish_waiting_episode(); }),
+      port_(options.spin),
       drive_(make_drive(options, simulation_)),
       diagnostics_(node_, options, simulation_, *drive_, outputs_),
       effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)),
@@ -230,7 +230,6 @@ void Server::wait_for_recorder() {
 /// Blocks at most `longest` until requests or callbacks arrive, handles them, continues restores.
 void Server::serve(Drive::Clock::duration longest) {
   if (restores_.are_in_flight()) longest = Drive::Clock::duration::zero();
-  outputs_.publish_due_episode();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
   if (restores_.continue_first()) drive_->restart_schedule();
 }

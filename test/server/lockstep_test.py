@@ -178,7 +178,7 @@ class LockstepTest(ServerTest):
             self.assertNotEqual(message._connection_header.get("latching"), "1", topic)
 
     def test_a_late_subscriber_receives_the_newest_episode(self):
-        for seed in range(3):  # the server publishes one in 10 ms, the others when it is idle
+        for seed in range(3):
             newest = self.begin(seed)
         self.assertEqual(self.record("/episode", Episode).wait().episode, newest.episode)
 

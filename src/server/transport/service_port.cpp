@@ -87,8 +87,8 @@ bool call_master_api(const std::string& method, const std::string& service,
 
 }  // namespace
 
-ServicePort::ServicePort(std::chrono::microseconds spin, std::function<void()> before_blocking)
-    : max_sessions_(max_sessions()), spin_(spin), before_blocking_(std::move(before_blocking)) {
+ServicePort::ServicePort(std::chrono::microseconds spin)
+    : max_sessions_(max_sessions()), spin_(spin) {
   listener_ = make_socket(ros::TransportTCP::s_use_ipv6_ ? AF_INET6 : AF_INET);
   try {
     const std::uint16_t port = listen_anywhere(listener_);
@@ -214,7 +214,6 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
     longest -= Clock::now() - now_;
   }
   if (longest > std::chrono::nanoseconds::zero()) {
-    before_blocking_();
     for (const std::unique_ptr<ServiceSession>& session : sessions_) {
       if (!session->may_wait()) longest = std::chrono::nanoseconds::zero();
     }

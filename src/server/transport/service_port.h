@@ -30,10 +30,9 @@ namespace walker {
 /// requests and unread answers. Beyond the last, the longest idle session with `holds_much` yields.
 class ServicePort {
  public:
-  /// @param spin            longest time to poll for the next request after an answer
-  /// @param before_blocking called before the port may block
+  /// @param spin longest time to poll for the next request after an answer, before blocking
   /// @throws std::system_error if no socket can listen
-  ServicePort(std::chrono::microseconds spin, std::function<void()> before_blocking);
+  explicit ServicePort(std::chrono::microseconds spin = {});
   ServicePort(const ServicePort&) = delete;
   ServicePort& operator=(const ServicePort&) = delete;
   /// Unregisters the services and closes all connections.
@@ -125,7 +124,6 @@ class ServicePort {
   bool is_any_over_ = false;
   ServiceSession* answered_ = nullptr;  // called in the last `serve`; null: none, or it has ended
   SpinWait<> spin_;
-  std::function<void()> before_blocking_;
   unsigned num_polls_ = 0;  // while spinning
   std::shared_ptr<EventDescriptor> answer_is_given_ = std::make_shared<EventDescriptor>();
   std::vector<pollfd> polled_;      // listeners, `other`, answers, sessions in order
