@@ -102,7 +102,9 @@ class WalkerReport {
     try {
       environment_ = make_episode(
           spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
-      environment_->configure({std::nullopt, true});
+      EpisodeOptions options;
+      options.records_actions = true;
+      environment_->configure(options);
     } catch (const std::exception& error) {
       unsupported_reason_ = error.what();
     }

@@ -21,10 +21,10 @@ constexpr double kCell = 0.25;     // interval of the trunk's x with the same bo
 constexpr double kMaxSpeed = 25;   // of a geom, at which it does not miss a box [m/s]
 constexpr double kFarDown = 1000;  // from the floor's place to where a level moves it [m]
 
-/// Of slopes, a column long each, stumps, a column apart, and treads, no shorter than a column.
+/// Upper bound: slopes are a column long, stumps a column apart, and treads no shorter than one.
 constexpr double kBoxesPerMeter = 15;
 
-// Of the boxes near a robot, which an mjData must have room for.
+// Room that an mjData needs for the contacts with the boxes near a robot.
 constexpr int kMoreContacts = 32;
 constexpr int kStackPerRow = 200;  // [mjtNum]
 
@@ -50,7 +50,7 @@ bool are_found(const mjModel& m, int floor, int geom) {
   return m.opt.collision != mjCOL_PAIR && match && !are_excluded;
 }
 
-/// Returns the predefined pair of these geoms; -1: there is none.
+/// Returns the index of the predefined pair of these geoms; -1 without one.
 int find_pair(const mjModel& m, int geom1, int geom2) {
   if (m.opt.collision == mjCOL_DYNAMIC) return -1;
   for (int pair = 0; pair < m.npair; ++pair) {

@@ -10,10 +10,6 @@
 namespace walker::mujoco {
 namespace {
 
-/// By `PhysicsIndex`.
-constexpr std::array<const char*, 5> kNames{"gravity", "friction_scale", "motor_strength",
-                                            "mass_scale", "joint_damping"};
-
 /// A model that shares with another one the arrays that it does not replace.
 struct AlteredModel {
   explicit AlteredModel(ModelPointer other) : base(std::move(other)), model(*base) {}
@@ -70,23 +66,34 @@ class MassComputation {
 
 std::vector<WorldParameter> physics_parameters(const DampingLimits& damping) {
   return {
-      {kNames[kGravity], "m/s^2", "Acceleration of free fall, upwards.", -9.81, -50, 0},
-      {kNames[kFrictionScale], "", "Factor of the friction of every contact.", 1, 0, 10},
-      {kNames[kMotorStrength], "", "Factor of the motors' torques.", 1, 0, 10},
-      {kNames[kMassScale], "", "Factor of the masses and inertias of the limbs, not of the rotors.",
-       1, 0.1, 10},
-      {kNames[kJointDamping], "N m s", "Torque against each joint's rotation, per rad/s.",
+      {"gravity", "m/s^2", "Acceleration of free fall, upwards.", -9.81, -50, 0},
+      {"friction_scale", "", "Factor of the friction of every contact.", 1, 0, 10},
+      {"motor_strength", "", "Factor of the motors' torques.", 1, 0, 10},
+      {"mass_scale", "", "Factor of the masses and inertias of the limbs, not of the rotors.", 1,
+       0.1, 10},
+      {"joint_damping", "N m s", "Torque against each joint's rotation, per rad/s.",
        damping.default_value, 0, damping.maximum},
   };
 }
 
+bool operator==(const WorldPhysics& a, const WorldPhysics& b) {
+  return a.gravity == b.gravity && a.joint_damping == b.joint_damping &&
+         a.friction_scale == b.friction_scale && a.motor_strength == b.motor_strength &&
+         a.mass_scale == b.mass_scale;
+}
+
 WorldPhysics physics_of(const WorldValues& values) {
+  const auto optional = [&values](const char* name) {
+    const auto found = values.find(name);
+    return found == values.end() ? std::nullopt : std::optional<double>(found->second);
+  };
   WorldPhysics physics;
   if (values.empty()) return physics;
-  for (std::size_t i = 0; i < physics.size(); ++i) {
-    const auto found = values.find(kNames[i]);
-    if (found != values.end()) physics[i] = found->second;
-  }
+  physics.gravity = optional("gravity");
+  physics.joint_damping = optional("joint_damping");
+  physics.friction_scale = value_or(values, "friction_scale", physics.friction_scale);
+  physics.motor_strength = value_or(values, "motor_strength", physics.motor_strength);
+  physics.mass_scale = value_or(values, "mass_scale", physics.mass_scale);
   return physics;
 }
 
@@ -99,30 +106,29 @@ ModelPointer WorldModels::model_of(const WorldPhysics& physics) {
   if (physics == last_physics_) return last_model_;
   const auto altered = std::make_shared<AlteredModel>(base_);
   mjModel& model = altered->model;
-  const auto scale_of = [&physics](PhysicsIndex index) { return physics[index].value_or(1); };
   bool is_altered = false;
-  if (physics[kGravity].value_or(model.opt.gravity[2]) != model.opt.gravity[2]) {
-    model.opt.gravity[2] = *physics[kGravity];
+  if (physics.gravity.value_or(model.opt.gravity[2]) != model.opt.gravity[2]) {
+    model.opt.gravity[2] = *physics.gravity;
     is_altered = true;
   }
-  if (const double scale = scale_of(kFrictionScale); scale != 1) {
-    altered->scale(model.geom_friction, 3 * model.ngeom, scale);
-    altered->scale(model.pair_friction, 5 * model.npair, scale);
+  if (physics.friction_scale != 1) {
+    altered->scale(model.geom_friction, 3 * model.ngeom, physics.friction_scale);
+    altered->scale(model.pair_friction, 5 * model.npair, physics.friction_scale);
     is_altered = true;
   }
-  if (const double scale = scale_of(kMotorStrength); scale != 1) {
-    altered->scale(model.actuator_gear, 6 * model.nu, scale);
+  if (physics.motor_strength != 1) {
+    altered->scale(model.actuator_gear, 6 * model.nu, physics.motor_strength);
     is_altered = true;
   }
-  if (physics[kJointDamping]) {
+  if (physics.joint_damping) {
     altered->replace(model.dof_damping, base_->dof_damping, model.nv);
     std::fill(model.dof_damping + kBaseJoints, model.dof_damping + model.nv,
-              *physics[kJointDamping]);
+              *physics.joint_damping);
     is_altered |= !std::equal(model.dof_damping, model.dof_damping + model.nv, base_->dof_damping);
   }
-  if (const double scale = scale_of(kMassScale); scale != 1) {
-    altered->scale(model.body_mass, model.nbody, scale);
-    altered->scale(model.body_inertia, 3 * model.nbody, scale);
+  if (physics.mass_scale != 1) {
+    altered->scale(model.body_mass, model.nbody, physics.mass_scale);
+    altered->scale(model.body_inertia, 3 * model.nbody, physics.mass_scale);
     ModelPool<MassComputation>::Loan(*mass_computations_)->run(*altered);
     is_altered = true;
   }

@@ -1,7 +1,6 @@
 // Physics of worlds: the parameters of planar robots, and models with their values.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,9 +20,16 @@ struct DampingLimits {
 /// Returns the world's parameters of physics.
 std::vector<WorldParameter> physics_parameters(const DampingLimits& damping);
 
-/// Indices of a world's parameters of physics, and their values; empty: the model's own.
-enum PhysicsIndex { kGravity, kFrictionScale, kMotorStrength, kMassScale, kJointDamping };
-using WorldPhysics = std::array<std::optional<double>, 5>;
+/// Values of a world's parameters of physics, named as these.
+struct WorldPhysics {
+  std::optional<double> gravity;        ///< empty: the model's own
+  std::optional<double> joint_damping;  ///< empty: the model's own
+  double friction_scale = 1;
+  double motor_strength = 1;
+  double mass_scale = 1;
+
+  friend bool operator==(const WorldPhysics& a, const WorldPhysics& b);
+};
 
 /// @param values other names are ignored
 WorldPhysics physics_of(const WorldValues& values);
