@@ -13,9 +13,7 @@ import tempfile
 
 import gymnasium
 from stable_baselines3.common.vec_env import DummyVecEnv
-from walker_sim.commands.train import settings_file
-from walker_sim.training.es import Evolution
-from walker_sim.training.run import Training
+from walker_sim.commands.train import settings_file, stage_class
 from walker_sim.training.settings import read_settings
 
 EVALUATE_EVERY = 100_000
@@ -29,10 +27,13 @@ def main():
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--return", type=float, required=True, dest="least")
     arguments = parser.parse_args()
-    is_ours = arguments.environments == "walker_sim"
-    settings = read_settings(settings_file(f"{arguments.env}-quick" if is_ours else arguments.env))
-    if not is_ours:
-        settings = settings.stage(0)
+    own = {}
+    if arguments.environments == "walker_sim":
+        settings = read_settings(settings_file(f"{arguments.env}-quick"))
+    else:
+        settings = read_settings(settings_file(arguments.env)).stage(0)
+        walkers = [lambda: gymnasium.make(arguments.env)] * settings.num_envs
+        own["walkers"] = DummyVecEnv(walkers)
     frequently = {"evaluate_every": EVALUATE_EVERY, "evaluation_episodes": HELD_OUT_SEEDS}
     stages = tuple({**stage, **frequently} for stage in settings.stages)
     settings = dataclasses.replace(settings, seed=arguments.seed, stages=stages, **frequently)
@@ -44,14 +45,9 @@ def main():
 
     with tempfile.TemporaryDirectory() as folder:
         for index in range(settings.num_stages):
-            options = {"index": index, "report": stop_at_return}
-            if settings.stage(index).algorithm == "es":
-                stage = Evolution(arguments.env, settings, pathlib.Path(folder), **options)
-            else:
-                if not is_ours:
-                    walkers = [lambda: gymnasium.make(arguments.env)] * settings.num_envs
-                    options["walkers"] = DummyVecEnv(walkers)
-                stage = Training(arguments.env, settings, pathlib.Path(folder), **options)
+            make = stage_class(settings.stage(index), 0)
+            options = {"index": index, "report": stop_at_return, **own}
+            stage = make(arguments.env, settings, pathlib.Path(folder), **options)
             stage.run()
             stage.close()
             if stage.wants_to_stop:

@@ -78,7 +78,7 @@ def run(arguments: Sequence[str]) -> int:
         importlib.import_module("yaml")
         env_id, settings, folder, first = (_resumed if options.resume else _new)(options)
         stages = [
-            _stage_class(settings.stage(index), threads)
+            stage_class(settings.stage(index), threads)
             for index in range(first, settings.num_stages)
         ]
     except ImportError as error:
@@ -112,7 +112,7 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _stage_class(settings: Settings, num_threads: int) -> Any:
+def stage_class(settings: Settings, num_threads: int) -> Any:
     """Returns the class of a stage; ImportError if it needs a package that is not installed."""
     if settings.algorithm in EVOLUTIONARY:
         if settings.algorithm == "cma":
