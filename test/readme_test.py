@@ -19,8 +19,9 @@ import xmlrpc.client
 
 import pytest
 import rospy.core
-from bare_ros import CALLER, TIMEOUT, free_port, wait_for
+from bare_ros import CALLER, TIMEOUT, wait_for
 from launched import LoggedProcess
+from ros import free_port
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -47,6 +48,16 @@ def await_true(condition, what, process=None):
         time.sleep(POLL)
 
 
+def free_port():
+    """Returns a free port below 32768. From there on, Linux chooses those of nodes and clients, and
+    one of these could take the port before the caller listens."""
+    for port in random.SystemRandom().sample(range(23000, 32768), 1000):
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("localhost", port))
+            return port
+    raise Failure("no port between 23000 and 32768 is free")
+
+
 def place(process, cores):
     """Moves all threads of a running process to these cores."""
     for thread in os.listdir(f"/proc/{process.pid}/task"):
@@ -61,9 +72,7 @@ class Master:
         self._processes = contextlib.ExitStack()
 
     def __enter__(self):
-        with socket.socket() as free:
-            free.bind(("localhost", 0))
-            port = free.getsockname()[1]
+        port = free_port()
         uri = f"http://localhost:{port}"
         os.environ.update(ROS_MASTER_URI=uri, ROS_HOSTNAME="localhost", ROS_HOME=str(self.folder))
         for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE"):

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import walker_sim
-from bare_ros import free_port
+from ros import free_port
 from walker_sim import _core
 from walker_sim.commands import doctor
 from walkers import IDS, ROBOTS, make_reference

@@ -7,7 +7,6 @@ import importlib.util
 import os
 import pathlib
 import signal
-import socket
 import subprocess
 import sys
 import sysconfig
@@ -27,6 +26,7 @@ sys.path[:0] = [str(TEST), str(TEST / "server")]
 import recorded_episodes  # noqa: E402
 import try_wheel  # noqa: E402
 from elf import search_paths, strange_paths  # noqa: E402
+from ros import free_port  # noqa: E402
 from walkers import run_python  # noqa: E402
 
 SITE = pathlib.Path(sysconfig.get_path("platlib"))
@@ -123,9 +123,7 @@ def test_a_vector_environment():
 @contextlib.contextmanager
 def walker_server(*arguments):
     """Starts the devel space's master and server in its environment. Yields the master's URI."""
-    with socket.socket() as free:
-        free.bind(("localhost", 0))
-        port = str(free.getsockname()[1])
+    port = str(free_port())
     launch = 'source "$0" && exec roslaunch --port "$1" walker_sim walker.launch "${@:2}"'
     command = ["setpriv", "--pdeathsig", "INT", "bash", "-c", launch, DEVEL / "setup.bash", port]
     command += ["mode:=lockstep", "headless:=true", "status:=false", *arguments]

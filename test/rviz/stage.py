@@ -25,9 +25,10 @@ from walker_sim._core import Agent, Policy
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "server"))
+sys.path += [str(pathlib.Path(__file__).resolve().parents[1] / n) for n in ("bench", "server")]
 import bare_ros
 from launched import start_screen
+from ros import free_port
 
 TIMEOUT = 60.0  # [s]; only a failing test waits that long
 wait_for = functools.partial(bare_ros.wait_for, timeout=TIMEOUT)
@@ -121,7 +122,7 @@ class Stage:
 
     def _begin(self, width, height):
         self.screen = Screen(self._processes, width, height)
-        port = bare_ros.free_port()
+        port = free_port()
         os.environ.update(
             ROS_MASTER_URI=f"http://localhost:{port}",
             ROS_HOSTNAME="localhost",

@@ -4,17 +4,16 @@
 import http.server
 import os
 import subprocess
-import sys
 import threading
 import unittest
 import xmlrpc.client
 
-ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
-sys.path.insert(0, os.path.join(ROOT, "test", "server"))
+from bare_ros import CALLER, TIMEOUT, OwnMaster, wait_for
+from launched import Launched
+from ros import free_port
+from server_harness import ServerProcess
 
-from bare_ros import CALLER, TIMEOUT, OwnMaster, free_port, wait_for  # noqa: E402
-from launched import Launched  # noqa: E402
-from server_harness import ServerProcess  # noqa: E402
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 
 
 def choose(*arguments, uri=None):

@@ -16,6 +16,7 @@ import time
 import xmlrpc.client
 
 import rosgraph
+from ros import free_port
 
 TIMEOUT = 30.0  # wall seconds; only a failing test waits that long
 CALLER = "/server_test"
@@ -184,12 +185,6 @@ class BareSubscriber:
 
     def close(self):
         self.connection.close()
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
 
 
 class OwnMaster:

@@ -7,8 +7,9 @@ import subprocess
 import tempfile
 import unittest
 
-from bare_ros import TIMEOUT, free_port, wait_for, wait_for_service
+from bare_ros import TIMEOUT, wait_for, wait_for_service
 from catkin.find_in_workspaces import find_in_workspaces
+from ros import free_port
 from server_harness import Process, node_path, registered_uri, run_program
 
 NODES = ["server", "service_agent", "topic_agent", "status_line"]

@@ -13,8 +13,9 @@ import tempfile
 import xmlrpc.client
 from urllib.parse import urlparse
 
-from bare_ros import CALLER, BareClient, free_port, wait_for
+from bare_ros import CALLER, BareClient, wait_for
 from launched import LoggedProcess
+from ros import free_port
 from walker_sim.srv import Step
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
