@@ -21,7 +21,7 @@ from walker_sim import _core
 from walker_sim.commands import main
 
 TEST = pathlib.Path(__file__).parents[1]
-sys.path[:0] = [str(TEST), str(TEST / "server")]
+sys.path[:0] = [str(TEST), str(TEST / "bench"), str(TEST / "server")]
 
 import recorded_episodes  # noqa: E402
 import try_wheel  # noqa: E402
