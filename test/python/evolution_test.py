@@ -95,6 +95,20 @@ def test_a_linear_policy_continues_in_a_layer(tmp_path):
     assert np.allclose(*actions, rtol=0.05, atol=0.05)
 
 
+def test_a_policy_is_partly_that_of_the_beginning(tmp_path):
+    settings = settings_from({**SMALL, "stages": [{"start_weight": 0.25}]})
+    evolve(tmp_path, settings)
+    first = np.array(_core.Policy(str(tmp_path / "policy.safetensors")).parameters)
+    stopped = evolve(tmp_path, settings, index=1, stops_after=1)
+    write_policy(stopped.policy(), tmp_path / "policy.safetensors")  # as if it was the best so far
+    resumed = Evolution(ID, settings, tmp_path, index=1)
+    resumed.resume()
+    write_policy(resumed.policy(), tmp_path / "resumed.safetensors")
+    parameters = _core.Policy(str(tmp_path / "resumed.safetensors")).parameters
+    assert not np.allclose(first, resumed._optimiser.mean)
+    assert np.allclose(parameters, 0.25 * first + 0.75 * resumed._optimiser.mean)
+
+
 def test_starts_from_the_shipped_policy(tmp_path):
     shipped = read_policy(shipped_policy(ID))
     for layers in (None, [len(bias) for _, bias in shipped.layers[:-1]]):
@@ -189,6 +203,7 @@ def test_first_update_follows_the_formula():
         ({"sigma": 0.1}, "sigma = 0.1: must be two numbers"),
         ({"common_seeds": 1}, "common_seeds = 1: must be true or false"),
         ({"start": 3}, "start = 3: must be a text"),
+        ({"start_weight": 1.5}, "start_weight = 1.5: must be a number from 0 to 1"),
         (
             {"stages": [{"algorithm": "tqc"}]},
             "stages: 1: algorithm = 'tqc': must be one of ppo, es, cma",

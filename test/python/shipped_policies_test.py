@@ -21,7 +21,7 @@ SHIPPED = [(env_id, "shipped") for env_id in IDS]
 ROBUST = [("BipedalWalker-v3", "robust"), ("Walker2d-v5", "robust")]
 MIN_MEAN_RETURN = {
     "BipedalWalker-v3": 338,
-    "BipedalWalkerHardcore-v3": 300,
+    "BipedalWalkerHardcore-v3": 308,
     "Walker2d-v4": 8250,
     "Walker2d-v5": 8400,
     "Hopper-v4": 3700,

@@ -40,7 +40,7 @@ class Evolution(Stage):
         self._sums = np.zeros((3, len(specification["observation_low"])))  # 1, x, x^2
         self._template = self._first_policy(specification)
         self._network = _core.Policy.from_bytes("network", to_bytes(self._template))
-        first = np.array(self._network.parameters)
+        first = self._first = np.array(self._network.parameters)
         self._recent: deque[Array] = deque([first], maxlen=settings.average_updates)
         strategy = AdamStrategy if settings.algorithm == "es" else CmaStrategy
         self._optimiser: AdamStrategy | CmaStrategy = strategy(settings, first)
@@ -101,7 +101,8 @@ class Evolution(Stage):
         self.grow()
 
     def policy(self) -> PolicyFile:
-        parameters = np.asarray(np.mean(self._recent, axis=0), np.float32)
+        share, mean = self.settings.start_weight, np.mean(self._recent, axis=0)
+        parameters = np.asarray(share * self._first + (1 - share) * mean, np.float32)
         layers, begin = [], 0
         for weight, bias in self._template.layers:
             middle, end = begin + weight.size, begin + weight.size + bias.size
@@ -117,6 +118,7 @@ class Evolution(Stage):
         state = {
             "optimiser": self._optimiser,
             "recent": list(self._recent),
+            "first": self._first,
             "sums": self._sums,
             "template": self._template,
             "counts": (self._steps, self._updates, self._mean_return),
@@ -126,6 +128,7 @@ class Evolution(Stage):
     def load(self, folder: Path) -> None:
         state = pickle.loads((folder / "evolution.pkl").read_bytes())
         self._optimiser, self._sums = state["optimiser"], state["sums"]
+        self._first = state["first"]
         self._recent.clear()
         self._recent.extend(state["recent"])
         self._steps, self._updates, self._mean_return = state["counts"]

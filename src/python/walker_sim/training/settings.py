@@ -212,6 +212,9 @@ class Settings:
     None: by its ranks in the population."""
     deviation_weight: float = _setting(0.0, _number(0, 100))
     """ES and CMA: a network is worth its mean return minus this times its standard deviation."""
+    start_weight: float = _setting(0.0, _number(0, 1))
+    """ES and CMA: weight that the network at the stage's beginning has in the evaluated and saved
+    policy, beside the mean of the latest ones."""
     buffer_size: int = _setting(1_000_000, _whole(1))
     """SAC, TQC: size of the replay buffer [steps]."""
     learning_starts: int = _setting(10_000, _whole(0))
@@ -261,7 +264,7 @@ class Settings:
 
 _LATER = (
     *("world", "curriculum", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
-    *("max_difference", "deviation_weight"),
+    *("max_difference", "deviation_weight", "start_weight"),
 )
 
 
