@@ -1,11 +1,14 @@
 """Fixtures of the Python suites."""
 
+import contextlib
 import itertools
 import json
 import os
 import pathlib
 import signal
+import socket
 import types
+import urllib.parse
 import xmlrpc.client
 from typing import NamedTuple
 
@@ -129,6 +132,18 @@ def pygame(monkeypatch):
 NUMBERS = itertools.count()
 
 
+@contextlib.contextmanager
+def held(uri):
+    """Holds the port of a killed node, if it is free. When another node registers under its name,
+    the master sends a shutdown there, which would end a node of another master that got the port.
+    """
+    with socket.socket() as holder:
+        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with contextlib.suppress(OSError):
+            holder.bind(("", urllib.parse.urlparse(uri).port or 0))
+        yield
+
+
 @pytest.fixture
 def serve(master):
     from ros import await_true, stop
@@ -142,11 +157,13 @@ def serve(master):
     def start(env="BipedalWalker-v3", namespace=None, **parameters):
         parameters = {"mode": "lockstep", "publish_clock": "false", **parameters}
         namespace = namespace or f"/server_{next(NUMBERS)}"
-        before = uri_of(f"{namespace}/walker_sim")
-        name, process = master.server(namespace=namespace, env=env, **parameters)
-        processes.append(process)
-        # The master keeps a killed server's registration until a server of that name registers.
-        await_true(lambda: uri_of(name) not in (before, ""), f"another {name}", process)
+        name = f"{namespace}/walker_sim"
+        before = uri_of(name)
+        with held(services.lookupNode("/test", name)[2]):
+            _, process = master.server(namespace=namespace, env=env, **parameters)
+            processes.append(process)
+            # The master keeps a killed server's registration until a server of that name registers.
+            await_true(lambda: uri_of(name) not in (before, ""), f"another {name}", process)
         return name, process
 
     yield start

@@ -189,11 +189,14 @@ def test_other_threads_run_while_a_call_waits(serve):
 
 
 class Signals:
-    """Sends SIGINT repeatedly, because the first may arrive before the call waits. Calls `handle`
-    once, at the first signal that Python handles."""
+    """Sends SIGINT repeatedly. Calls `handle` once, as soon as SAME_PLACES signals in succession
+    found this thread at the same place, which is then the call that waits and nothing before it."""
+
+    SAME_PLACES = 5
 
     def __init__(self, handle):
         self._handle = handle
+        self._places = []
         self._has_ended = threading.Event()
 
     def __enter__(self):
@@ -201,8 +204,11 @@ class Signals:
         self._thread = threading.Thread(target=self._send)
         self._thread.start()
 
-    def _on_signal(self, *_):
-        if not self._has_ended.is_set():
+    def _on_signal(self, _, frame):
+        self._places.append((frame, frame.f_lasti))
+        latest = self._places[-self.SAME_PLACES :]
+        is_waiting = len(latest) == self.SAME_PLACES and len(set(latest)) == 1
+        if is_waiting and not self._has_ended.is_set():
             self._has_ended.set()
             self._handle()
 
