@@ -24,11 +24,6 @@ WORLD = {
 GROWTH = {"thresholds": (10.0, 20.0), "moves": 4, "episodes": 3}
 SMALL = {
     "steps": 5000,
-    "population": 4,
-    "num_envs": 4,
-    "rollout": 64,
-    "batch_size": 64,
-    "epochs": 1,
     "start": "shipped",
     "layers": None,
     "parameters": {"max_episode_steps": 50},
@@ -37,6 +32,8 @@ SMALL = {
     "evaluate_every": 1000,
     "evaluation_episodes": 2,
 }
+ES = {**SMALL, "algorithm": "es", "population": 4}
+PPO = {**SMALL, "num_envs": 8, "rollout": 32, "batch_size": 64, "epochs": 1}
 
 
 def test_ranges_begin_next_to_gymnasium_s_values():
@@ -84,9 +81,9 @@ def test_the_whole_world_is_reached():
     assert short.world["action_delay"] == (0.0, 0.008)
 
 
-@pytest.mark.parametrize(("kind", "algorithm"), [(Evolution, "es"), (Training, "ppo")])
-def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, algorithm):
-    settings = settings_from({**SMALL, "algorithm": algorithm})
+@pytest.mark.parametrize(("kind", "given"), [(Evolution, ES), (Training, PPO)], ids=["es", "ppo"])
+def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, given):
+    settings = settings_from(given)
     training = kind(ID, settings, tmp_path, num_threads=1)
 
     def stop(training, point):
@@ -118,9 +115,8 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, algorithm):
 
 def test_ppo_starts_from_a_policy(tmp_path):
     shipped = read_policy(shipped_policy(ID))
-    settings = settings_from({**SMALL, "algorithm": "ppo", "activation": "relu"})
+    settings = settings_from({**PPO, "activation": "relu"})
     training = Training(ID, settings, tmp_path, num_threads=1)
-    training.after_update()
     first = training.policy()
     training.close()
     for one, other in zip(first.layers, shipped.layers):
@@ -128,14 +124,21 @@ def test_ppo_starts_from_a_policy(tmp_path):
     assert np.array_equal(first.mean, shipped.mean)
     assert np.allclose(first.deviation, shipped.deviation, rtol=1e-12)
     assert first.activation == shipped.activation
-    wrong = settings_from({**SMALL, "algorithm": "ppo", "layers": [7, 7]})
-    with pytest.raises(ValueError, match=r"layers = \[7, 7\]: must be "):
-        Training(ID, wrong, tmp_path)
+    for wrong, words in (
+        ({"layers": [7, 7]}, r"layers = \[7, 7\]: must be "),
+        ({"num_envs": 4}, "num_envs = 4: must be at least 8, twice the number of ends"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            Training(ID, settings_from({**PPO, **wrong}), tmp_path)
 
 
 @pytest.mark.parametrize(
     "text, words",
     [
+        (
+            "world: {action_delay: [0.001, 0.016]}\ncurriculum: {thresholds: [1, 2]}",
+            "world parameter action_delay = 0.001 s: is shorter than half a step",
+        ),
         (
             "world: {action_delay: 0.001}",
             "world parameter action_delay = 0.001 s: is shorter than half a step",

@@ -1,7 +1,8 @@
 """train with evolution strategies: stages, resuming to the bit, and the optimiser's formula."""
 
-import json
+import os
 import re
+import signal
 
 import numpy as np
 import pytest
@@ -9,13 +10,14 @@ from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
-from walker_sim.training.policy_file import read_policy, write_policy
+from walker_sim.training.policy_file import read_policy, to_bytes, write_policy
 from walker_sim.training.settings import (
     SettingsError,
     read_settings,
     settings_from,
     write_settings,
 )
+from walker_sim.training.stage import read_state
 
 ID = "Hopper-v5"
 SMALL = {
@@ -35,7 +37,7 @@ STAGES = [{"layers": [5], "steps": 8_000, "episodes": 2, "common_seeds": False}]
 def evolve(folder, settings, index=0, num_threads=1, stops_after=None):
     folder.mkdir(exist_ok=True)
     training = Evolution(ID, settings, folder, index=index, num_threads=num_threads)
-    if (folder / "checkpoint").exists() and index == 0:
+    if (folder / "checkpoint").exists() and read_state(folder)["stage"] == index:
         training.resume()
 
     def look(training, point):
@@ -55,22 +57,54 @@ def test_learns_to_hop(tmp_path):
     assert training.best == max(point.evaluation_return for point in training.points)
 
 
-def test_policy_does_not_depend_on_threads_or_interruptions(tmp_path):
-    settings = settings_from(SMALL)
-    evolve(tmp_path / "one", settings)
-    evolve(tmp_path / "two", settings, num_threads=2, stops_after=7_000)
-    assert not json.loads((tmp_path / "two/checkpoint/state.json").read_text())["is_done"]
-    evolve(tmp_path / "two", settings, num_threads=2)
-    one, two = ((tmp_path / name / "policy.safetensors").read_bytes() for name in ("one", "two"))
-    assert one == two
+GROWING = {
+    "world": {"gravity": [-12, -9.81]},
+    "curriculum": {"thresholds": [0, 30], "moves": 50, "episodes": 2},
+}
 
 
-def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command):
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"evaluate_every": 1_500, "episodes": 3},  # about as often as updates
+        {"average_updates": 3, "stages": [{"start_weight": 0.25, "steps": 10_000, **GROWING}]},
+        {"stages": [{**STAGES[0], "max_difference": 30.0}]},
+    ],
+    ids=["", "averaged", "own"],
+)
+def test_policy_does_not_depend_on_threads_or_interruptions(tmp_path, changes):
+    settings = settings_from({**SMALL, **changes})
+    last = settings.num_stages - 1
+    policies, curves = [], []
+    for name, num_threads, ends in (("one", 1, [None]), ("two", 2, [3_000, 7_000, None])):
+        for index in range(last):
+            evolve(tmp_path / name, settings, index)
+        for end in ends:
+            training = evolve(tmp_path / name, settings, last, num_threads, stops_after=end)
+            assert training.is_done == (end is None)
+        policies.append(to_bytes(training.policy()))
+        points = read_curve(tmp_path / name / "curve.csv")
+        curves.append([(point.steps, point.evaluation_return) for point in points])
+    assert policies[0] == policies[1]
+    assert curves[0] == curves[1]
+
+
+def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, monkeypatch):
     settings = settings_from({**SMALL, "stages": STAGES})
     write_settings(settings, tmp_path / "settings.yaml")
     given = ["--settings", tmp_path / "settings.yaml", "--num-threads", 1]
     command("train", ID, *given, "--out", tmp_path / "run")
-    evolve(tmp_path / "cut", settings)  # ends after the first stage
+
+    def save_and_interrupt(training, folder, save=Evolution.save):
+        save(training, folder)
+        if training.is_done:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Evolution, "save", save_and_interrupt)
+        error = command("train", ID, *given, "--out", tmp_path / "cut", status=130).err
+    assert f"--resume {tmp_path / 'cut'}" in error
+    assert read_state(tmp_path / "cut")["is_done"]
     command("train", "--resume", tmp_path / "cut", "--num-threads", 1)
     one, other = ((tmp_path / name / "policy.safetensors").read_bytes() for name in ("run", "cut"))
     assert one == other
@@ -91,8 +125,8 @@ def test_a_linear_policy_continues_in_a_layer(tmp_path):
     actions = np.empty((2, 3))
     for each, row in zip((linear, layer), actions):
         each.act(np.full(11, 0.1), row)
-    assert np.abs(actions).max() > 1e-3
-    assert np.allclose(*actions, rtol=0.05, atol=0.05)
+    assert np.abs(actions).max() > 0.1
+    assert np.allclose(*actions, rtol=0.05, atol=0.01)
 
 
 def test_a_policy_is_partly_that_of_the_beginning(tmp_path):
@@ -131,12 +165,7 @@ def test_starts_from_the_policy_of_another_environment(tmp_path):
 def test_files_are_read_as_they_were_written(tmp_path):
     for env_id in _core.ids():
         path = shipped_policy(env_id)
-        write_policy(read_policy(path), tmp_path / "again.safetensors")
-        again = _core.Policy(str(tmp_path / "again.safetensors"))
-        original = _core.Policy(str(path))
-        assert (again.id, again.notes, again.parameters) == (
-            *(original.id, original.notes, original.parameters),
-        )
+        assert to_bytes(read_policy(path)) == path.read_bytes()
 
 
 # ---------------------------------------------------------------- the optimiser
@@ -198,15 +227,27 @@ def test_first_update_follows_the_formula():
         ({"curriculum": {"moves": 4}}, "must have thresholds: [LOW, HIGH]"),
         ({"curriculum": {"steps": 4}}, "steps: unknown; must be one of thresholds, moves, episod"),
         ({"curriculum": {"thresholds": 4}}, "curriculum: thresholds = 4: must be two numbers"),
+        ({"curriculum": {"thresholds": [2, 1]}}, "thresholds = [2.0, 1.0]: must be a lower and an"),
         ({"algorithm": "es", "population": 7}, "population = 7: must be even, for pairs"),
         ({"population": 1}, "population = 1: must be a whole number from 2"),
         ({"sigma": 0.1}, "sigma = 0.1: must be two numbers"),
+        ({"sigma": [0, 0.1]}, "sigma = 0: must be a number from 1e-06 to 10"),
+        ({"sigma": [0.1, 0.1]}, "sigma = (0.1, 0.1): must be left out, because only es, cma have"),
+        ({"algorithm": "es", "entropy": 0.1}, "entropy = 0.1: must be left out, because only ppo"),
         ({"common_seeds": 1}, "common_seeds = 1: must be true or false"),
         ({"start": 3}, "start = 3: must be a text"),
         ({"start_weight": 1.5}, "start_weight = 1.5: must be a number from 0 to 1"),
         (
             {"stages": [{"algorithm": "tqc"}]},
             "stages: 1: algorithm = 'tqc': must be one of ppo, es, cma",
+        ),
+        (
+            {"algorithm": "sac", "stages": [{"algorithm": "ppo"}]},
+            "stages: 1: algorithm = 'ppo': must be one of es, cma, because sac's actions are squ",
+        ),
+        (
+            {"layers": [64], "stages": [{"algorithm": "es", "layers": [32]}]},
+            "stages: 1: layers = [32]: must be [64] as in the stage before",
         ),
         ({"stages": [{"seed": 3}]}, "stages: 1: seed: must be the same in all stages"),
         ({"stages": [{"sigmas": 3}]}, "stages: 1: sigmas: unknown; must be one of algorithm"),

@@ -17,6 +17,7 @@ from sb3_contrib import TQC
 from stable_baselines3 import A2C, PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from walker_sim import _core
+from walker_sim.commands.policies import shipped_policy
 from walker_sim.sb3 import VecEnv
 from walker_sim.training import ppo
 from walker_sim.training.es import Evolution
@@ -83,7 +84,7 @@ def test_shipped_settings_survive_writing(tmp_path):
         assert again == settings
         assert again.hash() == settings.hash()
         hashes.add(settings.hash())
-    assert len(hashes) > 3
+    assert len(hashes) == len(files) - 1  # Hopper-v4's is v5's
 
 
 def test_every_setting_has_a_default():
@@ -115,6 +116,10 @@ def test_error_names_invalid_settings_file(tmp_path, command, content, words):
         ("", "state.json: not a checkpoint: JSONDecodeError: Expecting value"),
         ("[]", "state.json: not a checkpoint: TypeError: "),
         ("{}", "state.json: not a checkpoint: KeyError: 'id'"),
+        (
+            '{"id": "BipedalWalker-v3", "stage": 0, "is_done": false}',
+            "not a checkpoint of these settings: KeyError: 'best'",
+        ),
     ],
 )
 def test_error_names_invalid_checkpoint(tmp_path, command, content, words):
@@ -170,7 +175,7 @@ def test_delayed_action_is_the_previous_one():
 
 def test_update_equals_that_of_stable_baselines3():
     results = []
-    for algorithm, num_threads in ((stable_baselines3.PPO, 1), (ppo.PPO, 1), (ppo.PPO, 2)):
+    for algorithm, num_threads in ((stable_baselines3.PPO, 1), (ppo.PPO, 1), (ppo.PPO, 4)):
         small_batches = {"n_steps": 32, "batch_size": 64, "n_epochs": 2, "ent_coef": 0.01}
         model = algorithm("MlpPolicy", VecEnv(ID, 8, num_threads=1), seed=0, **small_batches)
         model.num_threads = num_threads
@@ -222,17 +227,28 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, command, evaluate, monke
 
 def test_policy_does_not_depend_on_threads(tmp_path):
     policies = set()
-    for num_threads in (1, 2):
+    for num_threads in (1, 4):
         train(tmp_path / str(num_threads), small(), num_threads=num_threads)
         policies.add((tmp_path / str(num_threads) / "policy.safetensors").read_bytes())
     assert len(policies) == 1
 
 
+def test_the_policy_to_start_from_is_kept_if_it_stays_the_best(tmp_path):
+    """PPO with such a learning rate makes the walker fall."""
+    settings = small(start="shipped", layers=None, learning_rate=[1, 1])
+    training = train(tmp_path / "run", settings)
+    returns = [point.evaluation_return for point in training.points]
+    assert training.points[0].steps == 0
+    assert returns[0] > max(returns[1:])
+    kept = read_policy(tmp_path / "run" / "policy.safetensors")
+    for one, other in zip(kept.layers, read_policy(shipped_policy(ID)).layers):
+        assert all(map(np.array_equal, one, other))
+
+
 @pytest.mark.parametrize("algorithm", ["ppo", "sac", "tqc"])
 def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
-    settings = small(
-        algorithm=algorithm, activation="relu", learning_starts=100, buffer_size=5000, log_std=None
-    )
+    own = {"learning_starts": 100, "buffer_size": 5000} if algorithm != "ppo" else {"log_std": None}
+    settings = small(algorithm=algorithm, activation="relu", **own)
     folder = tmp_path / algorithm
     folder.mkdir()
     first = Training(ID, settings, folder, num_threads=1)
@@ -261,14 +277,17 @@ def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
 
 
 def test_cma_finds_a_gait_and_resumes_to_the_bit(tmp_path):
-    settings = small(
-        algorithm="cma",
-        layers=[],
-        steps=30_000,
-        population=10,
-        sigma=[0.2, 0.2],
-        evaluate_every=12_000,
-        parameters={"max_episode_steps": 100},
+    settings = settings_from(
+        {
+            "algorithm": "cma",
+            "layers": [],
+            "steps": 30_000,
+            "population": 10,
+            "sigma": [0.2, 0.2],
+            "evaluate_every": 12_000,
+            "evaluation_episodes": 3,
+            "parameters": {"max_episode_steps": 100},
+        }
     )
     policies = []
     for interrupted in (False, True):
@@ -282,7 +301,7 @@ def test_cma_finds_a_gait_and_resumes_to_the_bit(tmp_path):
             training = Evolution("Hopper-v5", settings, folder, num_threads=2)
             training.resume()
         training.run()
-        assert training.points[-1].evaluation_return > 1.3 * training.points[0].evaluation_return
+        assert training.points[-1].evaluation_return > 200  # standing has about 100
         policies.append((folder / "policy.safetensors").read_bytes())
     assert policies[0] == policies[1]
 
@@ -347,6 +366,7 @@ def test_ctrl_c_saves_a_checkpoint(tmp_path):
         (["--resume", "nowhere"], "--resume nowhere: has no checkpoint"),
         ([ID, "--resume", "nowhere"], "--resume nowhere: not allowed with walker"),
         ([ID, "max_episode_steps=-3"], "max_episode_steps"),
+        ([ID, "--seed", 2**32], "seed = 4294967296: must be a whole number from 0 to 4294967295"),
         *(
             ([ID, f"{name}={value}"], f"parameter {name}: unknown; must be one of")
             for name, value in (("hard", 1), ("width", 64), ("transport", "ros"), ("zoom", 2))

@@ -13,7 +13,7 @@ from typing import Any, Sequence
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.files import package_file
-from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings
+from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings, settings_from
 from walker_sim.training.stage import CHECKPOINT, POLICY, SETTINGS, STATE, read_state
 from walker_sim.worlds import to_world
 
@@ -75,7 +75,8 @@ def run(arguments: Sequence[str]) -> int:
     threads = options.num_threads
     try:
         tqdm: Any = importlib.import_module("tqdm").tqdm
-        importlib.import_module("yaml")
+        for package in ("yaml", "matplotlib"):
+            importlib.import_module(package)
         env_id, settings, folder, first = (_resumed if options.resume else _new)(options)
         stages = [
             stage_class(settings.stage(index), threads)
@@ -96,12 +97,12 @@ def run(arguments: Sequence[str]) -> int:
                     env_id, settings, folder, index=index, num_threads=threads, report=show
                 )
                 if options.resume and index == first and read_state(folder)["stage"] == index:
-                    training.resume()
+                    _resume(training)
             except (ValueError, TypeError, AssertionError) as error:  # from walkers or learner
                 raise InputError(str(error)) from error
             training.run()
             training.close()
-            if not training.is_done:
+            if not training.is_done or (training.wants_to_stop and index < len(stages) - 1 + first):
                 print(
                     f"stopped after {training.all_steps:,} steps; to continue: "
                     f"python3 -m walker_sim train --resume {folder}",
@@ -110,6 +111,16 @@ def run(arguments: Sequence[str]) -> int:
                 return 130
     print(f"{folder / POLICY}: mean return {training.best:.1f} in its evaluation")
     return 0
+
+
+def _resume(training: Any) -> None:
+    try:
+        training.resume()
+    except Exception as error:  # the files of other libraries may be damaged in any way
+        raise InputError(
+            f"--resume {training.folder}: not a checkpoint of these settings: "
+            f"{type(error).__name__}: {error}"
+        ) from error
 
 
 def stage_class(settings: Settings, num_threads: int) -> Any:
@@ -145,7 +156,7 @@ def _new(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
     folder = options.out or Path("runs") / env_id
     if (folder / CHECKPOINT).exists():
         raise InputError(f"--out {folder}: has a training, which --resume {folder} continues")
-    return env_id, dataclasses.replace(settings, **changes), folder, 0
+    return env_id, settings_from({**dataclasses.asdict(settings), **changes}), folder, 0
 
 
 def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:

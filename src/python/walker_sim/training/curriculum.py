@@ -62,6 +62,7 @@ class Curriculum:
             name: _closest(ABSENT.get(name, known[name]["default"]), low, high)
             for name, (low, high) in world.items()
         }
+        walker.set_world({name: (begin, begin) for name, begin in self._begin.items()})
         self._ends: list[tuple[str, int]] = []
         self._values: list[list[float]] = []  # of each end, on its way
         for name, range_ in world.items():

@@ -18,7 +18,7 @@ from walker_sim import _core
 from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.training.policy_file import PolicyFile, to_bytes
 from walker_sim.training.settings import LAYERS, Settings
-from walker_sim.training.stage import FIRST_TRAINING_SEED, Stage
+from walker_sim.training.stage import Stage
 
 ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
 HIDDEN_SCALE = 0.3  # of what a linear policy becomes in tanh units, where they are nearly linear
@@ -56,15 +56,11 @@ class Evolution(Stage):
         return self._mean_return
 
     def learn(self) -> None:
-        every = self.settings.evaluate_every
-        next_evaluation = (self.steps // every + 1) * every
-        if self.steps == 0:
-            self.evaluate()  # the policy to start from is the best so far
         while not self.is_done and not self.wants_to_stop:
+            due = self.next_evaluation
             self.update()
             self.report(self, None)
-            if self.steps >= next_evaluation:
-                next_evaluation += every
+            if self.steps >= due:
                 self.evaluate()
                 self.save_checkpoint()
 
@@ -75,14 +71,14 @@ class Evolution(Stage):
         random = np.random.default_rng([settings.seed, self.index, self._updates])
         candidates = self._optimiser.ask(random, progress)
         networks = [self._network.with_parameters(candidate) for candidate in candidates]
-        first_seed = FIRST_TRAINING_SEED + (settings.seed << 20) + (self.index << 36)
-        num_groups = 1 if settings.common_seeds else len(candidates) // 2  # with seeds of their own
+        is_common = settings.common_seeds or settings.algorithm == "cma"
+        num_groups = 1 if is_common else len(candidates) // 2  # pairs with seeds of their own
         worlds, jobs = self.training_worlds, []
         for index in range(len(candidates)):
             group = self._updates * num_groups + index // 2 % num_groups
             for offset in range(settings.episodes):
                 number = group * settings.episodes + offset
-                jobs.append((index, first_seed + number, number % len(worlds)))
+                jobs.append((index, self.first_seed + number, number % len(worlds)))
         episodes = play_jobs(self._player, networks, worlds, jobs)
         returns = np.array([episode.episode_return for episode in episodes])
         returns = returns.reshape(len(candidates), settings.episodes)
@@ -128,6 +124,7 @@ class Evolution(Stage):
     def load(self, folder: Path) -> None:
         state = pickle.loads((folder / "evolution.pkl").read_bytes())
         self._optimiser, self._sums = state["optimiser"], state["sums"]
+        self._optimiser.settings = self.settings
         self._first = state["first"]
         self._recent.clear()
         self._recent.extend(state["recent"])
@@ -177,32 +174,32 @@ class AdamStrategy:
     """
 
     def __init__(self, settings: Settings, first: Array) -> None:
-        self._settings, self.mean = settings, first
+        self.settings, self.mean = settings, first
         self._first_moment, self._second_moment = np.zeros_like(first), np.zeros_like(first)
         self._updates = 0
         self._noise = np.zeros((0, len(first)))
 
     def ask(self, random: np.random.Generator, progress: float) -> list[Array]:
         """Returns the networks of the next update: pairs of mean plus and minus a noise."""
-        self._noise = random.standard_normal((self._settings.population // 2, len(self.mean)))
-        noise = _between(self._settings.sigma, progress) * self._noise
+        self._noise = random.standard_normal((self.settings.population // 2, len(self.mean)))
+        noise = _between(self.settings.sigma, progress) * self._noise
         return [self.mean + sign * row for row in noise for sign in (1, -1)]
 
     def tell(self, worth: Array, progress: float) -> None:
         """Moves the mean, given what each network is worth."""
         differences = worth[::2] - worth[1::2]
-        limit = self._settings.max_difference
+        limit = self.settings.max_difference
         if limit is not None:
             shaped = np.clip(differences, -limit, limit)
             shaped /= np.sqrt(np.mean(shaped**2)) + 1e-8
         else:
-            if not self._settings.common_seeds:  # a network can be compared within its pair only
+            if not self.settings.common_seeds:  # a network can be compared within its pair only
                 worth = np.stack([differences, -differences], axis=1).ravel()
             ranks = np.empty(len(worth))
             ranks[np.argsort(worth, kind="stable")] = np.arange(len(worth)) / (len(worth) - 1) - 0.5
             shaped = ranks[::2] - ranks[1::2]
         gradient = shaped @ self._noise / len(worth)
-        gradient /= _between(self._settings.sigma, progress)
+        gradient /= _between(self.settings.sigma, progress)
         self._noise = self._noise[:0]
         first, second, least = ADAM
         self._updates += 1
@@ -210,7 +207,7 @@ class AdamStrategy:
         self._second_moment = second * self._second_moment + (1 - second) * gradient**2
         mean = self._first_moment / (1 - first**self._updates)
         root = np.sqrt(self._second_moment / (1 - second**self._updates))
-        rate = _between(self._settings.learning_rate, progress)
+        rate = _between(self.settings.learning_rate, progress)
         self.mean = self.mean + rate * mean / (root + least)
 
 
@@ -219,6 +216,7 @@ class CmaStrategy:
 
     def __init__(self, settings: Settings, first: Array) -> None:
         cma: Any = importlib.import_module("cma")
+        self.settings = settings
         options = {
             "popsize": settings.population,
             "seed": settings.seed + 1,  # 0 would be the time

@@ -95,7 +95,7 @@ def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
     return algorithm(
         "MlpPolicy",
         walkers,
-        # of the fraction of steps that remains, which a resumed training exceeds
+        # The part of the steps that remains is negative if the last rollout exceeds them.
         learning_rate=lambda left: last_rate + (first_rate - last_rate) * max(left, 0.0),
         gamma=settings.gamma,
         batch_size=settings.batch_size,

@@ -17,7 +17,7 @@ from walker_sim import sb3
 from walker_sim.training import learner
 from walker_sim.training.policy_file import PolicyFile
 from walker_sim.training.settings import Settings
-from walker_sim.training.stage import FIRST_TRAINING_SEED, Stage
+from walker_sim.training.stage import Stage
 
 
 class Training(Stage):
@@ -54,8 +54,10 @@ class Training(Stage):
             learner.begin_with(start, self.model)
         self._set_worlds()
         self.model.num_threads = self.num_threads or os.cpu_count() or 1
-        self.walkers.seed(FIRST_TRAINING_SEED + (settings.seed << 20))
-        self.networks: deque[Sequence[NDArray[np.float32]]] = deque(maxlen=settings.average_updates)
+        self.walkers.seed(self.first_seed)
+        self.networks: deque[Sequence[NDArray[np.float32]]] = deque(
+            [learner.actor_arrays(self.model)], maxlen=settings.average_updates
+        )
 
     @property
     def steps(self) -> int:
@@ -67,8 +69,6 @@ class Training(Stage):
         return float(np.mean(returns)) if returns else float("nan")
 
     def learn(self) -> None:
-        if self.steps == 0:
-            self.after_update()  # an early interrupt also needs a network to save
         self.model.learn(
             self.settings.steps - self.steps,
             callback=_Hooks(self),
@@ -96,13 +96,18 @@ class Training(Stage):
 
     def after_update(self) -> None:
         self.networks.append(learner.actor_arrays(self.model))
-        if self.steps > 0 and self.grow():
+        if self.grow():
             self._set_worlds()
 
     def _set_worlds(self) -> None:
         """Sets the worlds of the walkers' next episodes to the curriculum's."""
         if self.curriculum:
             worlds, count = self.training_worlds, self.settings.num_envs
+            if count < len(worlds):
+                raise ValueError(
+                    f"num_envs = {count}: must be at least {len(worlds)}, twice the number of ends "
+                    "of the curriculum's ranges"
+                )
             self.walkers.unwrapped.set_world([worlds[i % len(worlds)] for i in range(count)])
 
     def policy(self) -> PolicyFile:
@@ -142,12 +147,16 @@ class Training(Stage):
             self.model.load_replay_buffer(folder / "buffer.pkl")
         saved = VecNormalize.load(str(folder / "normalization.pkl"), self.walkers.venv)
         self.walkers.obs_rms, self.walkers.ret_rms = saved.obs_rms, saved.ret_rms
+        self.networks.clear()
         with np.load(folder / "networks.npz") as file:
             self.networks.extend(zip(*(file[name] for name in file.files)))
         self._set_worlds()
         counts = json.loads((folder / "counts.json").read_text())
         self.model.num_timesteps = counts["steps"]
         self.model._n_updates = counts["updates"]
+        # Else the first episodes and their noise would come again.
+        self.model.set_random_seed((self.settings.seed + self.steps) % 2**32)
+        self.walkers.seed(self.first_seed + self.steps)
 
 
 class _Hooks(BaseCallback):
@@ -157,8 +166,7 @@ class _Hooks(BaseCallback):
         super().__init__()
         self._training = training
         self._updates = training.model._n_updates
-        every = training.settings.evaluate_every
-        self._next_evaluation = (training.steps // every + 1) * every
+        self._next_evaluation = training.next_evaluation
 
     def _on_rollout_start(self) -> None:
         training = self._training
@@ -166,7 +174,7 @@ class _Hooks(BaseCallback):
             self._updates = training.model._n_updates
             training.after_update()
             if training.steps >= self._next_evaluation:
-                self._next_evaluation += training.settings.evaluate_every
+                self._next_evaluation = training.next_evaluation
                 training.evaluate()
                 training.save_checkpoint()
         training.before_rollout()

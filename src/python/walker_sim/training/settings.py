@@ -16,6 +16,9 @@ from walker_sim.worlds import World, read_world
 EVOLUTIONARY = ("es", "cma")
 """Algorithms that compare whole episodes of networks; they need neither torch nor gradients."""
 
+LEARNING = ("ppo", "sac", "tqc")
+"""Algorithms of Stable-Baselines3, which learn from single steps."""
+
 CONTINUING = ("ppo", *EVOLUTIONARY)
 """Algorithms that can start from a policy."""
 
@@ -112,6 +115,8 @@ def _curriculum(name: str, value: Any) -> dict[str, Any]:
     if "thresholds" not in given:
         raise SettingsError(f"{name} = {value!r}: must have thresholds: [LOW, HIGH]")
     checked = {key: checks[key](f"{name}: {key}", each) for key, each in given.items()}
+    low, high = checked["thresholds"]
+    _require(low <= high, f"{name}: thresholds", [low, high], "a lower and an upper one")
     return {"moves": 10, "episodes": 32, **checked}
 
 
@@ -141,7 +146,7 @@ def _stages(name: str, value: Any) -> list[dict[str, Any]]:
             if shared in _mapping(where, stage):
                 raise SettingsError(f"{where}: {shared}: must be the same in all stages")
         try:
-            stages.append(_checked(stage))
+            stages.append(checked(stage))
         except SettingsError as error:
             raise SettingsError(f"{where}: {error}") from error
     return stages
@@ -150,19 +155,21 @@ def _stages(name: str, value: Any) -> list[dict[str, Any]]:
 CHANGEABLE = {"gamma": _number(0, 1), "least_reward": _optional(_number(-math.inf, 0))}
 
 
-def _setting(default: Any, check: Check) -> Any:
-    """Returns a dataclass field with this default, whose values from a file are checked."""
-    return field(default_factory=lambda: copy.copy(default), metadata={"check": check})
+def _setting(default: Any, check: Check, *algorithms: str) -> Any:
+    """Returns a dataclass field with this default, whose values from a file are checked, and which
+    applies to these algorithms; none: to all."""
+    metadata = {"check": check, "algorithms": algorithms}
+    return field(default_factory=lambda: copy.copy(default), metadata=metadata)
 
 
 @dataclass(frozen=True)
 class Settings:
     """Settings of one training, each a line of the file. docs/training.md describes them."""
 
-    algorithm: str = _setting("ppo", _one_of("ppo", "sac", "tqc", "es", "cma"))
+    algorithm: str = _setting("ppo", _one_of(*LEARNING, *EVOLUTIONARY))
     steps: int = _setting(10_000_000, _whole(1))
     """Total number of steps of all walkers."""
-    seed: int = _setting(0, _whole(0))
+    seed: int = _setting(0, _whole(0, 2**32 - 1))
     parameters: Mapping[str, Any] = _setting({}, _parameters)
     """Parameters of the environment by name."""
     world: Mapping[str, tuple[float, float]] = _setting({}, _world)
@@ -173,56 +180,56 @@ class Settings:
     start: str | None = _setting(None, _optional(_text))
     """PPO, ES and CMA: policy to start from, a file, `shipped`, or an id for its shipped one; None:
     that of the stage before, or else a new network."""
-    num_envs: int = _setting(256, _whole(1))
-    rollout: int = _setting(64, _whole(1))
+    num_envs: int = _setting(256, _whole(1), *LEARNING)
+    rollout: int = _setting(64, _whole(1), *LEARNING)
     """Steps of each walker between two updates (PPO) or learning phases (SAC, TQC)."""
-    batch_size: int = _setting(4096, _whole(2))
-    epochs: int = _setting(6, _whole(1))
+    batch_size: int = _setting(4096, _whole(2), *LEARNING)
+    epochs: int = _setting(6, _whole(1), *LEARNING)
     """PPO: epochs over each rollout. SAC, TQC: gradient steps after each rollout."""
-    learning_rate: tuple[float, float] = _setting((7e-4, 5e-5), _pair(0, 1))
+    learning_rate: tuple[float, float] = _setting((7e-4, 5e-5), _pair(0, 1), *LEARNING, "es")
     """Values at the beginning and at the end, linear in between."""
-    gamma: float = _setting(0.99, CHANGEABLE["gamma"])
-    gae_lambda: float = _setting(0.95, _number(0, 1))
-    clip_range: float = _setting(0.2, _number(0, 1))
-    entropy: float = _setting(0.0, _number(0, 1))
+    gamma: float = _setting(0.99, CHANGEABLE["gamma"], *LEARNING)
+    gae_lambda: float = _setting(0.95, _number(0, 1), "ppo")
+    clip_range: float = _setting(0.2, _number(0, 1), "ppo")
+    entropy: float = _setting(0.0, _number(0, 1), "ppo")
     layers: tuple[int, ...] | None = _setting(None, _optional(_layers))
     """Sizes of the hidden layers; None: [64, 64], or those of the policy to start from."""
     activation: str = _setting("tanh", _one_of("tanh", "relu"))
-    log_std: tuple[float, float] | None = _setting((-0.5, -2.0), _optional(_pair(-20, 2)))
-    """PPO: logarithm of the exploration noise's standard deviation at the beginning and at the end,
+    log_std: tuple[float, float] | None = _setting((-0.5, -2.0), _optional(_pair(-20, 2)), "ppo")
+    """Logarithm of the exploration noise's standard deviation at the beginning and at the end,
     linear between; None: learnt, from -0.5."""
-    least_reward: float | None = _setting(None, CHANGEABLE["least_reward"])
+    least_reward: float | None = _setting(None, CHANGEABLE["least_reward"], *LEARNING)
     """Lower bound of the learner's rewards, e.g. -25 in place of a fall's -100; None: no bound.
     Reported returns have no bound."""
-    action_delay: float = _setting(0.0, _number(0, 1))
+    action_delay: float = _setting(0.0, _number(0, 1), *LEARNING)
     """Probability per step that a walker gets the learner's previous action instead of the new."""
     average_updates: int = _setting(1, _whole(1))
     """The evaluated and saved policy is the mean of the networks after this many latest updates."""
-    population: int = _setting(128, _whole(2))
-    """ES and CMA: networks that are compared in each update; ES: pairs, so that it is even."""
-    episodes: int = _setting(1, _whole(1))
-    """ES and CMA: episodes of each network in an update."""
-    sigma: tuple[float, float] = _setting((0.01, 0.01), _pair(0, 10))
+    population: int = _setting(128, _whole(2), *EVOLUTIONARY)
+    """Networks that are compared in each update; ES: pairs, so that it is even."""
+    episodes: int = _setting(1, _whole(1), *EVOLUTIONARY)
+    """Episodes of each network in an update."""
+    sigma: tuple[float, float] = _setting((0.01, 0.01), _pair(1e-6, 10), *EVOLUTIONARY)
     """ES: standard deviation of the noise on the parameters at the beginning and at the end, linear
     in between. CMA: the first one only, from where it adapts itself."""
-    common_seeds: bool = _setting(True, _flag)
-    """ES: whether all networks of an update play the same seeds; else each pair has its own."""
-    max_difference: float | None = _setting(None, _optional(_number(0, math.inf)))
-    """ES: each pair counts by its difference, limited to this, so that falls count in proportion;
+    common_seeds: bool = _setting(True, _flag, "es")
+    """Whether all networks of an update play the same seeds; else each pair has its own."""
+    max_difference: float | None = _setting(None, _optional(_number(0, math.inf)), "es")
+    """Each pair counts by its difference, limited to this, so that falls count in proportion;
     None: by its ranks in the population."""
-    deviation_weight: float = _setting(0.0, _number(0, 100))
-    """ES and CMA: a network is worth its mean return minus this times its standard deviation."""
-    start_weight: float = _setting(0.0, _number(0, 1))
-    """ES and CMA: weight that the network at the stage's beginning has in the evaluated and saved
+    deviation_weight: float = _setting(0.0, _number(0, 100), *EVOLUTIONARY)
+    """A network is worth its mean return minus this times its standard deviation."""
+    start_weight: float = _setting(0.0, _number(0, 1), *EVOLUTIONARY)
+    """Weight that the network at the stage's beginning has in the evaluated and saved
     policy, beside the mean of the latest ones."""
-    buffer_size: int = _setting(1_000_000, _whole(1))
-    """SAC, TQC: size of the replay buffer [steps]."""
-    learning_starts: int = _setting(10_000, _whole(0))
-    """SAC, TQC: initial steps with random actions."""
+    buffer_size: int = _setting(1_000_000, _whole(1), "sac", "tqc")
+    """Size of the replay buffer [steps]."""
+    learning_starts: int = _setting(10_000, _whole(0), "sac", "tqc")
+    """Initial steps with random actions."""
     evaluate_every: int = _setting(1_000_000, _whole(1))
     """Steps between two evaluations, on seeds that the training never uses."""
     evaluation_episodes: int = _setting(100, _whole(1))
-    changes: Mapping[int, Mapping[str, Any]] = _setting({}, _changes)
+    changes: Mapping[int, Mapping[str, Any]] = _setting({}, _changes, *LEARNING)
     """Maps a number of steps to values of gamma and least_reward that apply from there on."""
     stages: Sequence[Mapping[str, Any]] = _setting([], _stages)
     """Stages that follow this one, each with the settings that differ from the stage before. All
@@ -296,21 +303,51 @@ def write_settings(settings: Settings, path: Path) -> None:
 
 def settings_from(given: Mapping[str, Any]) -> Settings:
     """Checks a file's content and returns it as settings, missing ones with their defaults."""
-    settings = Settings(**_checked(given))
-    for index in range(settings.num_stages):
-        stage = settings.stage(index)
+    settings = Settings(**checked(given))
+    stages = [settings.stage(index) for index in range(settings.num_stages)]
+    _refuse_unused(stages)
+    for index, stage in enumerate(stages):
+        where, before = f"stages: {index}: " if index > 0 else "", stages[max(index - 1, 0)]
         if stage.algorithm == "es" and stage.population % 2 != 0:
-            raise SettingsError(f"population = {stage.population}: must be even, for pairs")
+            raise SettingsError(f"{where}population = {stage.population}: must be even, for pairs")
         if (index > 0 or stage.start is not None) and stage.algorithm not in CONTINUING:
-            what = f"stages: {index}" if index > 0 else f"start = {stage.start!r}"
+            what = where or f"start = {stage.start!r}: "
             raise SettingsError(
-                f"{what}: algorithm = {stage.algorithm!r}: must be one of "
+                f"{what}algorithm = {stage.algorithm!r}: must be one of "
                 f"{', '.join(CONTINUING)}, which continue with a policy"
+            )
+        if stage.start is not None or index == 0:
+            continue
+        if stage.algorithm == "ppo" and settings.algorithm in ("sac", "tqc"):
+            raise SettingsError(
+                f"{where}algorithm = 'ppo': must be one of {', '.join(EVOLUTIONARY)}, because "
+                f"{settings.algorithm}'s actions are squashed by tanh"
+            )
+        if None in (before.layers, stage.layers) or before.layers == stage.layers:
+            continue
+        if before.layers or len(stage.layers or ()) != 1:
+            raise SettingsError(
+                f"{where}layers = {list(stage.layers or ())}: must be {list(before.layers or ())} "
+                "as in the stage before, or one layer after none"
             )
     return settings
 
 
-def _checked(given: Mapping[str, Any]) -> dict[str, Any]:
+def _refuse_unused(stages: Sequence[Settings]) -> None:
+    """Refuses settings that have an effect on no stage."""
+    default, algorithms = Settings(), {stage.algorithm for stage in stages}
+    for item in dataclasses.fields(Settings):
+        used_by, name = item.metadata["algorithms"], item.name
+        values = (getattr(stage, name) for stage in stages)
+        changed = [value for value in values if value != getattr(default, name)]
+        if changed and used_by and algorithms.isdisjoint(used_by):
+            raise SettingsError(
+                f"{name} = {changed[0]!r}: must be left out, because only {', '.join(used_by)} "
+                f"{'has' if len(used_by) == 1 else 'have'} it"
+            )
+
+
+def checked(given: Mapping[str, Any]) -> dict[str, Any]:
     known = {item.name: item for item in dataclasses.fields(Settings)}
     values: dict[str, Any] = {}
     for name, value in given.items():

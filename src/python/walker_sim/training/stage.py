@@ -31,7 +31,7 @@ FIRST_CHOICE_SEED = 2_000_000
 """First seed of the episodes that decide which policy is kept. Those of the model cards in
 docs/policies begin at 1000000."""
 FIRST_TRIAL_SEED = 1 << 39
-"""Of the episodes that decide whether a curriculum's ranges grow."""
+"""First seed of the episodes that decide whether a curriculum's ranges grow."""
 FIRST_TRAINING_SEED = 1 << 40
 """Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
 
@@ -85,6 +85,8 @@ class Stage(ABC):
             parameters, world, growth = each.parameters, each.world, each.curriculum
             _core.Environment(env_id, dict(parameters)).set_world(dict(world))
             curricula.append(Curriculum(env_id, parameters, world, growth) if growth else None)
+            if each.start is not None:
+                self._read(each.start)
         self.curriculum = curricula[0]
         # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in self.goal.parameters.items() if name != "reuse_world"}
@@ -98,7 +100,7 @@ class Stage(ABC):
             state = read_state(folder)
             self._continue(state)
             self._steps_before = state["steps"]
-            self.best = -np.inf  # the stage begins with an evaluation of the policy until here
+            self.best = -np.inf  # `run` evaluates the policy until here
 
     @property
     @abstractmethod
@@ -126,6 +128,17 @@ class Stage(ABC):
     @abstractmethod
     def load(self, folder: Path) -> None:
         """Restores the state of `save`."""
+
+    @property
+    def first_seed(self) -> int:
+        """The first seed of the stage's training episodes."""
+        return FIRST_TRAINING_SEED + (self.settings.seed << 20) + (self.index << 36)
+
+    @property
+    def next_evaluation(self) -> int:
+        """The number of this stage's steps at which the next evaluation is due."""
+        every = self.settings.evaluate_every
+        return (self.steps // every + 1) * every
 
     @property
     def all_steps(self) -> int:
@@ -190,7 +203,10 @@ class Stage(ABC):
             for number in (signal.SIGINT, signal.SIGTERM)
         }
         try:
-            if not self.is_done:
+            if self.best == -np.inf and (self.index > 0 or self.settings.start is not None):
+                self.evaluate()  # the policy to start from is the best so far
+                self.save_checkpoint()
+            if not self.is_done and not self.wants_to_stop:
                 self.learn()
             if self.is_done and not (self.points and self.points[-1].steps == self.all_steps):
                 self.evaluate()
@@ -217,7 +233,8 @@ class Stage(ABC):
         self.points.append(point)
         if point.evaluation_return > self.best:
             self.best = point.evaluation_return
-            write_policy(policy, self.folder / POLICY)
+            if self.steps > 0 or self.index == 0:  # else it is the stage's before, with its notes
+                write_policy(policy, self.folder / POLICY)
         write_curve(self.points, self.folder / CURVE)
         title = f"{self.env_id}, {self.settings.algorithm.upper()}, seed {self.settings.seed}"
         draw_curve(self.points, title, self.folder / PICTURE)
@@ -245,7 +262,9 @@ class Stage(ABC):
         if the training begins with a new network. ValueError if the policy does not fit."""
         if self.settings.start is None and self.index == 0:
             return None
-        start = self.settings.start or self.folder / POLICY
+        return self._read(self.settings.start or self.folder / POLICY)
+
+    def _read(self, start: str | Path) -> PolicyFile:
         own = self.env_id if start == "shipped" else start
         policy = read_policy(shipped_policy(str(own)) if own in _core.ids() else Path(own))
         _core.Policy.from_bytes("start", to_bytes(policy)).check(
