@@ -241,8 +241,12 @@ def test_the_policy_to_start_from_is_kept_if_it_stays_the_best(tmp_path):
     assert training.points[0].steps == 0
     assert returns[0] > max(returns[1:])
     kept = read_policy(tmp_path / "run" / "policy.safetensors")
-    for one, other in zip(kept.layers, read_policy(shipped_policy(ID)).layers):
+    shipped, last = read_policy(shipped_policy(ID)), training.policy()
+    for one, other, after in zip(kept.layers, shipped.layers, last.layers):
         assert all(map(np.array_equal, one, other))
+        assert not np.allclose(one[0], after[0])
+    assert np.allclose(last.mean, shipped.mean, rtol=0, atol=1e-6)  # the normalisation stays
+    assert np.allclose(last.deviation, shipped.deviation, rtol=1e-6)
 
 
 @pytest.mark.parametrize("algorithm", ["ppo", "sac", "tqc"])

@@ -18,7 +18,9 @@ from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
 from walker_sim.training.settings import LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
-OBSERVATIONS_BEFORE = 10_000_000  # for which the normalisation of a policy to start from counts
+OBSERVATIONS_BEFORE = 10**12
+"""Number of observations for which the statistics of a policy to start from count. They stay as they
+are: in another world new ones would scale the observations as its network has not learnt them."""
 
 
 class BoundedRewards(VecEnvWrapper):
