@@ -19,8 +19,8 @@ from walker_sim.training.settings import LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
 OBSERVATIONS_BEFORE = 10**12
-"""Number of observations for which the statistics of a policy to start from count. They stay as they
-are: in another world new ones would scale the observations as its network has not learnt them."""
+"""Number of observations for which the statistics of a policy to start from count. They stay as
+they are: in another world new ones would scale observations as its network has not learnt them."""
 
 
 class BoundedRewards(VecEnvWrapper):
