@@ -102,7 +102,7 @@ def run(arguments: Sequence[str]) -> int:
                 raise InputError(str(error)) from error
             training.run()
             training.close()
-            if not training.is_done or (training.wants_to_stop and index < len(stages) - 1 + first):
+            if not training.is_done or (training.wants_to_stop and index + 1 < settings.num_stages):
                 print(
                     f"stopped after {training.all_steps:,} steps; to continue: "
                     f"python3 -m walker_sim train --resume {folder}",

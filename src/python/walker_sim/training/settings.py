@@ -146,7 +146,7 @@ def _stages(name: str, value: Any) -> list[dict[str, Any]]:
             if shared in _mapping(where, stage):
                 raise SettingsError(f"{where}: {shared}: must be the same in all stages")
         try:
-            stages.append(checked(stage))
+            stages.append(_checked(stage))
         except SettingsError as error:
             raise SettingsError(f"{where}: {error}") from error
     return stages
@@ -303,7 +303,7 @@ def write_settings(settings: Settings, path: Path) -> None:
 
 def settings_from(given: Mapping[str, Any]) -> Settings:
     """Checks a file's content and returns it as settings, missing ones with their defaults."""
-    settings = Settings(**checked(given))
+    settings = Settings(**_checked(given))
     stages = [settings.stage(index) for index in range(settings.num_stages)]
     _refuse_unused(stages)
     for index, stage in enumerate(stages):
@@ -347,7 +347,7 @@ def _refuse_unused(stages: Sequence[Settings]) -> None:
             )
 
 
-def checked(given: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(given: Mapping[str, Any]) -> dict[str, Any]:
     known = {item.name: item for item in dataclasses.fields(Settings)}
     values: dict[str, Any] = {}
     for name, value in given.items():
