@@ -166,7 +166,7 @@ def main():
         ),
         seed=notes["seed"],
         layers="-".join(map(str, sizes)),
-        activation=settings.activation,
+        activation=policy.activation,
         steps=last.steps,
         first=FIRST_CHOICE_SEED,
         last=FIRST_CHOICE_SEED + stages[-1].evaluation_episodes - 1,

@@ -115,7 +115,7 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, given):
 
 def test_ppo_starts_from_a_policy(tmp_path):
     shipped = read_policy(shipped_policy(ID))
-    settings = settings_from({**PPO, "activation": "relu"})
+    settings = settings_from(PPO)
     training = Training(ID, settings, tmp_path, num_threads=1)
     first = training.policy()
     training.close()
@@ -126,6 +126,7 @@ def test_ppo_starts_from_a_policy(tmp_path):
     assert first.activation == shipped.activation
     for wrong, words in (
         ({"layers": [7, 7]}, r"layers = \[7, 7\]: must be "),
+        ({"activation": "relu"}, "activation = 'relu': must be 'tanh' as the policy to start from"),
         ({"num_envs": 4}, "num_envs = 4: must be at least 8, twice the number of ends"),
     ):
         with pytest.raises(ValueError, match=words):

@@ -150,9 +150,12 @@ def test_starts_from_the_shipped_policy(tmp_path):
         training = Evolution(ID, settings, tmp_path)
         for one, other in zip(training.policy().layers, shipped.layers):
             assert all(map(np.array_equal, one, other))
-    wrong = settings_from({**SMALL, "layers": [7, 7], "start": "shipped"})
-    with pytest.raises(ValueError, match=r"layers = \[7, 7\]: must be "):
-        Evolution(ID, wrong, tmp_path)
+    for wrong, words in (
+        ({"layers": [7, 7]}, r"layers = \[7, 7\]: must be "),
+        ({"layers": None, "activation": "relu"}, "activation = 'relu': must be 'tanh' as "),
+    ):
+        with pytest.raises(ValueError, match=words):
+            Evolution(ID, settings_from({**SMALL, **wrong, "start": "shipped"}), tmp_path)
 
 
 def test_starts_from_the_policy_of_another_environment(tmp_path):
@@ -200,6 +203,21 @@ def test_first_update_follows_the_formula():
     assert np.allclose(strategy.mean, np.array([1, 2]) + step, rtol=1e-9)
 
 
+def test_a_network_is_worth_less_by_the_deviation_of_its_episodes(tmp_path, monkeypatch):
+    def worth(**changes):
+        training = Evolution(ID, settings_from({**SMALL, **changes}), tmp_path)
+        told = []
+        monkeypatch.setattr(training._optimiser, "tell", lambda worth, progress: told.append(worth))
+        training.update()
+        return told[0]
+
+    one, mean = worth(), worth(episodes=2)
+    deviation = np.abs(one - mean)  # of two episodes, whose first is the one
+    assert deviation.max() > 0
+    careful = worth(episodes=2, deviation_weight=0.5)
+    assert np.allclose(careful, mean - 0.5 * deviation, rtol=1e-12)
+
+
 # ---------------------------------------------------------------- settings
 
 
@@ -244,6 +262,10 @@ def test_first_update_follows_the_formula():
         (
             {"algorithm": "sac", "stages": [{"algorithm": "ppo"}]},
             "stages: 1: algorithm = 'ppo': must be one of es, cma, because sac's actions are squ",
+        ),
+        (
+            {"stages": [{"algorithm": "es", "activation": "relu"}]},
+            "stages: 1: activation = 'relu': must be left out, because the policy of the stage",
         ),
         (
             {"layers": [64], "stages": [{"algorithm": "es", "layers": [32]}]},

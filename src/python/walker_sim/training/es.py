@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.training.policy_file import PolicyFile, to_bytes
-from walker_sim.training.settings import LAYERS, Settings
+from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
 from walker_sim.training.stage import Stage
 
 ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
@@ -148,7 +148,7 @@ class Evolution(Stage):
         return PolicyFile(
             env_id=self.env_id,
             parameters=self.parameter_texts,
-            activation=settings.activation,
+            activation=settings.activation or ACTIVATION,
             output="clip",
             mean=np.zeros(sizes[0]),
             deviation=np.ones(sizes[0]),

@@ -15,7 +15,7 @@ from torch import nn
 from walker_sim.training import ppo
 from walker_sim.training.models import actor_layers
 from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
-from walker_sim.training.settings import LAYERS, Settings
+from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
 OBSERVATIONS_BEFORE = 10**12
@@ -72,7 +72,7 @@ def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
 def make_learner(settings: Settings, walkers: VecNormalize) -> Any:
     first_rate, last_rate = settings.learning_rate
     network: dict[str, Any] = {
-        "activation_fn": {"tanh": ppo.Tanh, "relu": nn.ReLU}[settings.activation],
+        "activation_fn": {"tanh": ppo.Tanh, "relu": nn.ReLU}[settings.activation or ACTIVATION],
         "net_arch": list(LAYERS if settings.layers is None else settings.layers),
     }
     if settings.algorithm == "ppo":

@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from walker_sim import sb3
 from walker_sim.training import learner
 from walker_sim.training.policy_file import PolicyFile
-from walker_sim.training.settings import Settings
+from walker_sim.training.settings import ACTIVATION, Settings
 from walker_sim.training.stage import Stage
 
 
@@ -121,7 +121,7 @@ class Training(Stage):
         return PolicyFile(
             env_id=self.env_id,
             parameters=self.parameter_texts,
-            activation=settings.activation,
+            activation=settings.activation or ACTIVATION,
             output="clip" if settings.algorithm == "ppo" else "tanh",
             mean=walkers.obs_rms.mean,
             deviation=np.sqrt(walkers.obs_rms.var + walkers.epsilon),

@@ -22,7 +22,7 @@ LEARNING = ("ppo", "sac", "tqc")
 CONTINUING = ("ppo", *EVOLUTIONARY)
 """Algorithms that can start from a policy."""
 
-LAYERS = (64, 64)
+LAYERS, ACTIVATION = (64, 64), "tanh"
 
 Check = Callable[[str, Any], Any]
 """Returns the value of a setting, given its name and content; SettingsError if invalid."""
@@ -194,7 +194,8 @@ class Settings:
     entropy: float = _setting(0.0, _number(0, 1), "ppo")
     layers: tuple[int, ...] | None = _setting(None, _optional(_layers))
     """Sizes of the hidden layers; None: [64, 64], or those of the policy to start from."""
-    activation: str = _setting("tanh", _one_of("tanh", "relu"))
+    activation: str | None = _setting(None, _optional(_one_of("tanh", "relu")))
+    """None: tanh, or that of the policy to start from."""
     log_std: tuple[float, float] | None = _setting((-0.5, -2.0), _optional(_pair(-20, 2)), "ppo")
     """Logarithm of the exploration noise's standard deviation at the beginning and at the end,
     linear between; None: learnt, from -0.5."""
@@ -261,6 +262,7 @@ class Settings:
     def hash(self) -> str:
         """Returns the SHA-256 of the settings, independent of the file's order and layout."""
         fields = dataclasses.asdict(self)
+        fields["activation"] = self.activation or ACTIVATION
         # Policies from before there were these settings keep their hashes.
         for name in _LATER:
             if fields[name] == getattr(Settings(), name):
@@ -322,6 +324,11 @@ def settings_from(given: Mapping[str, Any]) -> Settings:
             raise SettingsError(
                 f"{where}algorithm = 'ppo': must be one of {', '.join(EVOLUTIONARY)}, because "
                 f"{settings.algorithm}'s actions are squashed by tanh"
+            )
+        if stage.activation != before.activation:
+            raise SettingsError(
+                f"{where}activation = {stage.activation!r}: must be left out, because the policy "
+                "of the stage before has its own"
             )
         if None in (before.layers, stage.layers) or before.layers == stage.layers:
             continue

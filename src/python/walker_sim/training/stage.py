@@ -86,7 +86,7 @@ class Stage(ABC):
             _core.Environment(env_id, dict(parameters)).set_world(dict(world))
             curricula.append(Curriculum(env_id, parameters, world, growth) if growth else None)
             if each.start is not None:
-                self._read(each.start)
+                self._read(each.start, each)
         self.curriculum = curricula[0]
         # With reuse_world an episode would depend on the ones before it.
         own = {name: value for name, value in self.goal.parameters.items() if name != "reuse_world"}
@@ -262,14 +262,19 @@ class Stage(ABC):
         if the training begins with a new network. ValueError if the policy does not fit."""
         if self.settings.start is None and self.index == 0:
             return None
-        return self._read(self.settings.start or self.folder / POLICY)
+        return self._read(self.settings.start or self.folder / POLICY, self.settings)
 
-    def _read(self, start: str | Path) -> PolicyFile:
+    def _read(self, start: str | Path, settings: Settings) -> PolicyFile:
         own = self.env_id if start == "shipped" else start
         policy = read_policy(shipped_policy(str(own)) if own in _core.ids() else Path(own))
         _core.Policy.from_bytes("start", to_bytes(policy)).check(
             self.env_id, dict(self.goal.parameters)
         )
+        if settings.activation not in (None, policy.activation):
+            raise ValueError(
+                f"activation = {settings.activation!r}: must be {policy.activation!r} as the "
+                "policy to start from has it"
+            )
         policy.env_id, policy.parameters = self.env_id, self.parameter_texts
         return policy
 
