@@ -46,6 +46,17 @@ foreach(path python/package_ros_test exports_test)
 endforeach()
 walker_sim_add_stage(install_my_walker_pkg long NEEDS install_space COMMAND ${stage} my_walker_pkg)
 
+# Every target, tests included, with the compilers and headers of other releases, in roots that only root can make.
+execute_process(COMMAND id -u OUTPUT_VARIABLE user OUTPUT_STRIP_TRAILING_WHITESPACE)
+if(is_debian_12 AND user EQUAL 0)
+  foreach(suite bullseye trixie)
+    walker_sim_add_stage(compiles_on_${suite} long COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/scripts/dev/compile ${suite})
+    set_tests_properties(compiles_on_${suite} PROPERTIES COST 3)
+  endforeach()
+else()
+  message(STATUS "compiles_on_bullseye and compiles_on_trixie are left out: they need Debian 12 and root")
+endif()
+
 # pip's wheel: one per installed Python, tested with the oldest and the newest packages. Only the oldest and the
 # newest Python are not nightly.
 set(versions "")

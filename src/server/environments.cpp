@@ -70,11 +70,11 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
   return {make_episode, pool_options};
 }
 
-Episode& single_episode(Pool& pool, const std::string& service) {
+Episode& single_episode(Pool& pool, const char* service) {
   if (pool.options().num_envs == 1) return pool.episode(0);
-  throw std::logic_error(service + ": is for one environment, and this server has num_envs = " +
-                         std::to_string(pool.options().num_envs) +
-                         "; call ~reset_batch and ~step_batch");
+  throw std::logic_error(
+      std::string(service) + ": is for one environment, and this server has num_envs = " +
+      std::to_string(pool.options().num_envs) + "; call ~reset_batch and ~step_batch");
 }
 
 void check_environment(const Pool& pool, const std::string& field, std::uint32_t index) {

@@ -31,7 +31,7 @@ using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 Pool make_pool(const ServerOptions& options, const MakeEnvironment& make);
 
 /// @throws std::logic_error if there are several, naming `service` and what to call instead
-Episode& single_episode(Pool& pool, const std::string& service);
+Episode& single_episode(Pool& pool, const char* service);
 
 /// @throws std::invalid_argument naming `field` if the index is out of range
 void check_environment(const Pool& pool, const std::string& field, std::uint32_t index);
