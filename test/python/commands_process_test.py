@@ -52,9 +52,15 @@ def walk_slowly(observation):
     return [0.0] * 6
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["Ctrl-C", "killed"])
-def test_interrupted_csv_has_whole_lines_of_ended_episodes(tmp_path, number):
+@pytest.mark.parametrize(
+    ("number", "earlier"),
+    [(signal.SIGINT, None), (signal.SIGKILL, None), (signal.SIGINT, "an earlier evaluation's\n")],
+    ids=["Ctrl-C", "killed", "beside"],
+)
+def test_interrupted_csv_has_whole_lines_of_ended_episodes(tmp_path, number, earlier):
     path = tmp_path / "returns.csv"
+    if earlier:
+        path.write_text(earlier)
     policy = f"{__name__}:walk_slowly"
     options = ["--policy", policy, "--csv", str(path), "--json", str(tmp_path / "summary.json")]
     here = str(pathlib.Path(__file__).parent)
@@ -69,7 +75,9 @@ def test_interrupted_csv_has_whole_lines_of_ended_episodes(tmp_path, number):
     )
     try:
         end = time.monotonic() + PATIENCE
-        while not path.exists() or path.read_text().count("\n") < 21:
+        written = path
+        while not written.exists() or written.read_text().count("\n") < 21:
+            written = next(tmp_path.glob("returns.csv.*.new"), path)
             assert process.poll() is None, process.communicate()
             assert time.monotonic() < end
             time.sleep(0.01)
@@ -77,11 +85,13 @@ def test_interrupted_csv_has_whole_lines_of_ended_episodes(tmp_path, number):
         out, error = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
-    kept = rows_of(path)
+    kept = rows_of(written)
+    assert (written == path) == (earlier is None)
+    assert earlier in (None, path.read_text())
     assert 20 <= len(kept) < 100000
     if number == signal.SIGINT:
         assert process.returncode == 130
-        assert error == f"{path}: {len(kept)} of 100000 episodes\ninterrupted\n"
+        assert error == f"{written}: {len(kept)} of 100000 episodes\ninterrupted\n"
         assert out == ""
     seeds = [int(row["seed"]) for row in kept]
     assert len({*seeds}) == len(seeds)
@@ -97,6 +107,41 @@ def test_csv_replaces_a_longer_file(tmp_path):
     path.write_text("something much longer\n" * 1000)
     assert main(["evaluate", ID, "--seeds", "3,1,2", "--csv", str(path)]) == 0
     assert [row["seed"] for row in rows_of(path)] == ["3", "1", "2"]
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        ([*ZERO, "--json"], "a.json"),
+        ([*ZERO, "--grid", "gravity=-5,-9", "--json"], "a.json"),
+        ([*ZERO, "--plot"], "a.png"),
+        ([*ZERO, "--grid", "gravity=-5,-9", "--plot"], "a.svg"),
+        ([*ZERO, "--csv"], "a.csv"),
+        (["record", *ZERO[1:], "--output"], "a.npz"),
+    ],
+)
+def test_a_full_disk_keeps_the_earlier_file_and_is_named(words, name, tmp_path, capsys, full_disk):
+    path = tmp_path / name
+    path.write_bytes(b"earlier")
+    with full_disk():
+        assert main([*words, str(path)]) == 2
+    assert f": [Errno 27] File too large: '{path}" in capsys.readouterr().err
+    assert path.read_bytes() == b"earlier"
+    if "--csv" not in words:
+        assert [*tmp_path.iterdir()] == [path]
+    assert main([*words, str(path)]) == 0
+    assert path.stat().st_size > 100
+
+
+def test_a_link_and_its_files_permissions_stay(tmp_path, command):
+    path, link = tmp_path / "a.json", tmp_path / "link.json"
+    path.write_text("earlier")
+    path.chmod(0o640)
+    link.symlink_to(path)
+    command(*ZERO, "--json", link)
+    assert link.is_symlink()
+    assert path.read_text().startswith("{")
+    assert path.stat().st_mode & 0o777 == 0o640
 
 
 def test_csv_to_a_pipe_is_sorted(tmp_path):
@@ -156,6 +201,13 @@ def test_closed_pipe_is_no_error():
     assert ended.returncode == 0
     assert "Broken" not in ended.stderr
     assert "Traceback" not in ended.stderr
+
+
+def test_error_names_full_standard_output():
+    with open("/dev/full", "w") as full:
+        ended = run("worlds", stdout=full, stderr=subprocess.PIPE, text=True)
+    error = "walker_sim worlds: [Errno 28] No space left on device: 'standard output'\n"
+    assert (ended.returncode, ended.stderr) == (2, error)
 
 
 CLOSED = [streams for count in (1, 2, 3) for streams in itertools.combinations(range(3), count)]

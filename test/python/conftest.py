@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import pathlib
+import resource
 import signal
 import socket
 import types
@@ -68,6 +69,22 @@ def command(capsys):
         return ended
 
     return run
+
+
+@pytest.fixture
+def full_disk():
+    """Returns a context in which no file gets more bytes than this, as on a full disk."""
+
+    @contextlib.contextmanager
+    def limited(size=10):
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    return limited
 
 
 @pytest.fixture

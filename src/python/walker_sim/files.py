@@ -1,8 +1,15 @@
-"""Paths of the files that ship with the package: settings and policies."""
+"""Paths of the files that ship with the package, and the writing of a user's files."""
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import io
+import os
+import secrets
+import shutil
 from pathlib import Path
+from typing import Any, Iterator
 
 _HERE = Path(__file__).resolve().parent
 
@@ -17,3 +24,56 @@ def package_file(name: str) -> Path | None:
         if (folder / name).is_file():
             return folder / name
     return None
+
+
+def replace_file(path: Path, content: bytes | memoryview) -> None:
+    """Writes a file beside `path`, which it replaces when all of it is on the disk: `path` has the
+    old or the new content at any time. Writes to a pipe or a device directly.
+
+    An OSError, such as that of a full disk, names `path`.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(content)
+            return
+        target = Path(os.path.realpath(path))  # a link stays a link
+        unfinished = beside(target)
+        if target.exists():
+            target.open("ab").close()  # refuses a file without the permission to write
+        try:
+            with unfinished.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            if target.exists():
+                shutil.copymode(target, unfinished)
+            unfinished.replace(target)
+        except BaseException:
+            unfinished.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def replace_figure(path: Path, figure: Any, **keywords: Any) -> None:
+    """Writes a matplotlib figure as `replace_file`. `keywords`: of its `savefig`."""
+    content = io.BytesIO()  # Pillow's error on a full disk would have no errno
+    figure.savefig(content, format=path.suffix[1:], **keywords)
+    replace_file(path, content.getbuffer())
+
+
+def beside(path: Path) -> Path:
+    """Returns the path of a new file in the same folder."""
+    # At most 255 bytes, also for a long name in four bytes per character.
+    return path.with_name(f"{path.name[:60]}.{secrets.token_hex(4)}.new")
+
+
+@contextlib.contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Lets the error of a full disk or quota name `path`, unless it names a file already."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) and error.filename is None:
+            error.filename = str(path)
+        raise

@@ -7,9 +7,11 @@ import importlib
 import io
 import os
 import sys
+from pathlib import Path
 from typing import Any, NoReturn, Sequence
 
 import walker_sim
+from walker_sim.files import naming
 
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
@@ -119,8 +121,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="replace")  # its encoding may lack the bars' characters
     command = _parser().parse_args(given[:1]).command
     try:
-        status = int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
-        sys.stdout.flush()  # a BrokenPipeError is handled below
+        with naming(Path("standard output")):
+            status = int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
+            sys.stdout.flush()  # a BrokenPipeError is handled below
         return status
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

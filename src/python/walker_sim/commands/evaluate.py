@@ -78,7 +78,7 @@ def _parser() -> common.Parser:
         type=common.output_file,
         metavar="FILE",
         help="one line per episode with all digits, written as episodes end, so that Ctrl-C keeps "
-        "them",
+        "them; beside an earlier FILE until all have ended",
     )
     files.add_argument(
         "--json", type=common.output_file, metavar="FILE", help="the summary and the episodes"
@@ -199,9 +199,9 @@ def _play(
                     table.add(episode)
 
             source.play(receive)
-    except KeyboardInterrupt:
+    except BaseException:
         if table:
-            print(f"{options.csv}: {len(episodes)} of {number_of} episodes", file=sys.stderr)
+            print(f"{table.written}: {len(episodes)} of {number_of} episodes", file=sys.stderr)
         raise
     seconds = time.monotonic() - began
     episodes.sort()

@@ -15,6 +15,7 @@ from walker_sim.commands import results
 from walker_sim.commands.episodes import Episode
 from walker_sim.commands.grid import Cell, Grid
 from walker_sim.commands.results import Summary, rounded
+from walker_sim.files import replace_figure, replace_file
 from walker_sim.worlds import text_of
 
 FALLS = ("fell", "terminated")
@@ -106,7 +107,7 @@ def write_json(path: Path, head: dict[str, Any], grid: Grid, found: Sequence[Cel
     axes = {axis.name: axis.values for axis in grid.axes}
     method = {"interval_method": results.METHOD}
     fields = {**head, **method, "grid": axes, "plain": plain, "cells": cells}
-    path.write_text(json.dumps(fields, indent=1) + "\n")
+    replace_file(path, (json.dumps(fields, indent=1) + "\n").encode())
 
 
 def _fields(grid: Grid, one: CellResult) -> dict[str, Any]:
@@ -147,7 +148,7 @@ def write_plot(
     draw = _draw_intervals
     if len(grid.axes) == 2 or (grid.axes and len(grid.rows) > 1):
         draw = _draw_heat_maps
-    draw(title, env_id, grid, found).savefig(path, dpi=150)
+    replace_figure(path, draw(title, env_id, grid, found), dpi=150)
 
 
 def _draw_intervals(title: str, env_id: str, grid: Grid, found: Sequence[CellResult]) -> Any:

@@ -4,6 +4,7 @@ the bit."""
 from __future__ import annotations
 
 import argparse
+import io
 import warnings
 from pathlib import Path
 from typing import Any, Mapping, Sequence
@@ -15,6 +16,7 @@ from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, Steps, play, progress
 from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
 from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.files import replace_file
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
 from walker_sim.worlds import text_of, to_world
 
@@ -93,7 +95,9 @@ def run(arguments: Sequence[str]) -> int:
     writer = None if options.minari is None else DatasetWriter(env_id, options)
     episodes, specification = _play(options, env_id)
     if writer is None:
-        np.savez_compressed(options.output, **arrays_of(episodes, specification, options))
+        content = io.BytesIO()
+        np.savez_compressed(content, **arrays_of(episodes, specification, options))
+        replace_file(options.output, content.getbuffer())
         name, files = str(options.output), [options.output]
     else:
         folder = writer.write(episodes, specification)

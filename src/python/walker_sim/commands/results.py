@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import dataclasses
 import importlib
+import io
 import json
 from collections import Counter
 from pathlib import Path
-from typing import Any, Callable, Iterable, NamedTuple, Sequence
+from typing import Any, Callable, Iterable, NamedTuple, Sequence, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim.commands.episodes import Episode
 from walker_sim.commands.options import InputError
+from walker_sim.files import beside, naming, replace_figure, replace_file
 
 RESAMPLES = 10_000
 BINS = 12
@@ -131,7 +133,7 @@ def write_json(
     """Writes `head`, the summary, the interval's method, and the episodes under ``outcomes``."""
     outcomes = outcomes_of(episodes)
     fields = {**head, **summary._asdict(), "interval_method": METHOD, "outcomes": outcomes}
-    path.write_text(json.dumps(fields, indent=1) + "\n")
+    replace_file(path, (json.dumps(fields, indent=1) + "\n").encode())
 
 
 def outcomes_of(episodes: Iterable[Episode]) -> list[dict[str, Any]]:
@@ -153,7 +155,8 @@ class Table:
     Parameters
     ----------
     path
-        File to overwrite. If it is not seekable, such as a pipe, `finish` writes all lines.
+        The file. If it exists already, the lines go to the file `written` beside it until `finish`.
+        If it is not seekable, such as a pipe, `finish` writes all lines.
     info_names, world_names
         Columns besides those of every walker: of infos, and of the parameters of the world.
     world_of
@@ -169,27 +172,40 @@ class Table:
     ) -> None:
         self._info_names, self._world_names = info_names, world_names
         self._world_of = world_of
+        self._path = self.written = path
+        if path.is_file():
+            path.open("a").close()  # must be writable, which `finish` would find out after hours
+            self.written = beside(path)
         # Flushes after each line.
-        self._file = path.open("w", encoding="utf-8", newline="", buffering=1)
-        self._writer = csv.writer(self._file, lineterminator="\n")
+        self._file = self.written.open("w", encoding="utf-8", newline="", buffering=1)
         if self._file.seekable():
-            self._write([])
+            self._write(self._file, [self._head()])
 
     def add(self, episode: Episode) -> None:
         if self._file.seekable():
-            self._writer.writerow(self._row_of(episode))
+            self._write(self._file, [self._row_of(episode)])
 
     def finish(self, episodes: Iterable[Episode]) -> None:
-        """Rewrites the file with the same episodes in this order, and closes it."""
-        if self._file.seekable():
-            self._file.seek(0)
-        self._write(episodes)
+        """Replaces the file by one that has the same episodes in this order."""
+        rows: list[Sequence[object]] = [self._head(), *map(self._row_of, episodes)]
+        if not self._file.seekable():
+            self._write(self._file, rows)
+            self._file.close()
+            return
         self._file.close()
+        text = io.StringIO(newline="")
+        self._write(text, rows)
+        replace_file(self._path, text.getvalue().encode())
+        if self.written != self._path:
+            self.written.unlink()
 
-    def _write(self, episodes: Iterable[Episode]) -> None:
+    def _write(self, file: TextIO, rows: Iterable[Sequence[object]]) -> None:
+        with naming(self.written):
+            csv.writer(file, lineterminator="\n").writerows(rows)
+
+    def _head(self) -> list[str]:
         first = ["world"] if self._world_of else []
-        self._writer.writerow([*first, *FIELDS, *self._info_names, *self._world_names, "error"])
-        self._writer.writerows(map(self._row_of, episodes))
+        return [*first, *FIELDS, *self._info_names, *self._world_names, "error"]
 
     def _row_of(self, episode: Episode) -> list[object]:
         """Returns a row; absent info is empty."""
@@ -265,7 +281,7 @@ def write_plot(
         fontsize="small",
         frameon=False,
     )
-    figure.savefig(path, dpi=150)
+    replace_figure(path, figure, dpi=150)
 
 
 def _draw_mean(axes: Any, summary: Summary, threshold: float | None) -> None:

@@ -12,7 +12,7 @@ from typing import Any, Sequence
 
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
-from walker_sim.files import package_file
+from walker_sim.files import naming, package_file
 from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings, settings_from
 from walker_sim.training.stage import CHECKPOINT, POLICY, SETTINGS, STATE, read_state
 from walker_sim.worlds import to_world
@@ -100,7 +100,8 @@ def run(arguments: Sequence[str]) -> int:
                     _resume(training)
             except (ValueError, TypeError, AssertionError) as error:  # from walkers or learner
                 raise InputError(str(error)) from error
-            training.run()
+            with naming(folder):
+                training.run()
             training.close()
             if not training.is_done or (training.wants_to_stop and index + 1 < settings.num_stages):
                 print(

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 from typing import NamedTuple, Sequence
+
+from walker_sim.files import replace_figure, replace_file
 
 
 class Point(NamedTuple):
@@ -20,15 +23,14 @@ class Point(NamedTuple):
 
 
 def write_curve(points: Sequence[Point], path: Path) -> None:
-    """Writes the points as CSV, by a temporary file that replaces `path`."""
-    unfinished = path.with_name(path.name + ".new")
-    with unfinished.open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Point._fields)
-        for point in points:
-            numbers = [f"{value:.6g}" for value in point[1:-1]]
-            writer.writerow([point.steps, *numbers, point.world])
-    unfinished.replace(path)
+    """Writes the points as CSV."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(Point._fields)
+    for point in points:
+        numbers = [f"{value:.6g}" for value in point[1:-1]]
+        writer.writerow([point.steps, *numbers, point.world])
+    replace_file(path, text.getvalue().encode())
 
 
 def read_curve(path: Path) -> list[Point]:
@@ -58,4 +60,4 @@ def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
     axes.set(xlabel="steps [million]", ylabel="return", title=title)
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right")
-    figure.savefig(path)
+    replace_figure(path, figure)

@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.files import replace_file
 
 FORMAT = "walker_sim policy 1"
+OWN_METADATA = ("format", "id", "parameters", "activation", "output", "layers")
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped to plus and minus this value, the default of
 Stable-Baselines3's VecNormalize. src/policy/network.cpp does the same."""
@@ -116,7 +118,6 @@ def read_policy(path: Path) -> PolicyFile:
         (tensors[f"layers.{i}.weight"], tensors[f"layers.{i}.bias"])
         for i in range(int(metadata["layers"]))
     ]
-    own = ("format", "id", "parameters", "activation", "output", "layers")
     return PolicyFile(
         env_id=metadata["id"],
         parameters=json.loads(metadata.get("parameters", "{}")),
@@ -127,16 +128,9 @@ def read_policy(path: Path) -> PolicyFile:
         low=tensors["action.low"],
         high=tensors["action.high"],
         layers=layers,
-        notes={name: text for name, text in metadata.items() if name not in own},
+        notes={name: text for name, text in metadata.items() if name not in OWN_METADATA},
     )
 
 
 def write_policy(policy: PolicyFile, path: Path) -> None:
     replace_file(path, to_bytes(policy))
-
-
-def replace_file(path: Path, content: bytes) -> None:
-    """Writes a file atomically: a reader sees the old or the new content."""
-    unfinished = path.with_name(path.name + ".new")
-    unfinished.write_bytes(content)
-    unfinished.replace(path)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence
 
+from walker_sim.files import replace_file
 from walker_sim.worlds import World, read_world
 
 EVOLUTIONARY = ("es", "cma")
@@ -300,7 +301,7 @@ def write_settings(settings: Settings, path: Path) -> None:
 
     plain = dataclasses.asdict(settings)
     text = yaml.safe_dump(plain, sort_keys=False, default_flow_style=None)
-    path.write_text(text, encoding="utf-8")
+    replace_file(path, text.encode())
 
 
 def settings_from(given: Mapping[str, Any]) -> Settings:
