@@ -1,13 +1,11 @@
 """record --minari: Minari's own library reads the episodes, and they repeat to the bit."""
 
-import os
 import warnings
 
 import minari
 import numpy as np
 import pytest
 from gymnasium_reference import equal_bits
-from minari.dataset._storages.hdf5_storage import HDF5Storage
 
 SEEDS = [3, 2**64 - 1, 0]
 
@@ -161,7 +159,9 @@ def test_the_same_data_set_over_ros(command, serve):
         assert equal_bits(one.rewards, other.rewards)
 
 
-@pytest.mark.parametrize("dataset_id", ["", "walk", "walk-v", "/walk-v0", "a//b-v0", "../walk-v0"])
+@pytest.mark.parametrize(
+    "dataset_id", ["", "walk", "walk-v", "/walk-v0", "a//b-v0", "../walk-v0", "a/x-v0"]
+)
 def test_error_names_invalid_id(command, folder, dataset_id):
     error = command("record", "Hopper-v5", "--minari", dataset_id, status=2).err
     assert f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before" in error
@@ -194,11 +194,16 @@ def test_existing_data_set_is_kept(command, folder):
     assert file.read_bytes() == before
 
 
-def test_a_failed_write_leaves_no_data_set(command, folder, monkeypatch):
-    def fail(self, episodes):
-        raise OSError(28, os.strerror(28), "main_data.hdf5")
-
-    monkeypatch.setattr(HDF5Storage, "update_episodes", fail)
-    arguments = ["Hopper-v5", "--policy", "zero", "--episodes", 1, "--minari", "hop/zero-v0"]
-    assert "No space left" in command("record", *arguments, status=2).err
-    assert not (folder / "hop/zero-v0").exists()
+@pytest.mark.parametrize("earlier", [[], ["hop/first-v0"]])
+def test_a_full_disk_leaves_no_data_set(command, folder, full_disk, earlier):
+    """HDF5 would print a hundred lines to standard error and end this process."""
+    arguments = ["record", "Hopper-v5", "--policy", "zero", "--episodes", 1, "--minari"]
+    for dataset_id in earlier:
+        command(*arguments, dataset_id)
+    before = {*folder.rglob("*")}
+    with full_disk(8000):
+        error = command(*arguments, "hop/zero-v0", status=2).err
+    assert f"File too large: '{folder}/hop/zero-v0/data/main_data.hdf5'" in error
+    assert {*folder.rglob("*")} == before
+    command(*arguments, "hop/zero-v0")
+    assert minari.load_dataset("hop/zero-v0").storage.metadata["dataset_size"] > 0

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
+import io
 import re
 import shutil
 import warnings
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, Iterator, Sequence
 
 import gymnasium
 import numpy as np
@@ -16,13 +18,15 @@ import numpy as np
 from walker_sim.commands.episodes import Episode
 from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import policy_text
+from walker_sim.files import naming, replace_file
 from walker_sim.registration import NAMESPACE
 from walker_sim.transport import Specification, release_of
 from walker_sim.worlds import range_text, read_world, text_of
 
 # Minari's own pattern, but a namespace has no empty folder and the version is not optional: Minari
-# accepts an id without one and then fails.
-_ID = re.compile(r"([-\w]+/)*[-\w]+-v[0-9]+", re.ASCII)
+# accepts an id without one and then fails, as it does for a namespace of a single letter.
+_ID = re.compile(r"(?!./[^/]*$)([-\w]+/)*[-\w]+-v[0-9]+", re.ASCII)
+_NAMESPACE = "namespace_metadata.json"  # Minari's file in each folder of a namespace
 
 
 class DatasetWriter:
@@ -48,7 +52,8 @@ class DatasetWriter:
         dataset_id = self._options.minari
         if not _ID.fullmatch(dataset_id):
             raise InputError(
-                f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before"
+                f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before, of two "
+                "letters or more"
             )
         folder = Path(self._minari.storage.get_dataset_path(dataset_id))
         if folder.exists():
@@ -62,10 +67,11 @@ class DatasetWriter:
         the `seed` and `options` of its metadata. If writing fails, no part of the data set stays.
         """
         folder = self._check_id()  # again: the episodes took their time
+        new = [one for one in folder.parents if not one.exists()]  # the innermost first
         policy = policy_text(self._options)
         engine = f"{specification['engine']} {release_of(specification['engine_version'])}"
         try:
-            with warnings.catch_warnings():
+            with naming(folder), warnings.catch_warnings(), _hdf5_in_memory() as files:
                 # Author and link of a data set are its publisher's to add.
                 words = r"`(author|author_email|code_permalink|eval_env)` is"
                 warnings.filterwarnings("ignore", words)
@@ -79,18 +85,42 @@ class DatasetWriter:
                         f"recorded by walker_sim {specification['version']} on {engine}"
                     ),
                 )
+            for path, content in files.items():
+                replace_file(path, content.getbuffer())
             world = self._options.world
-            dataset.storage.update_metadata(
-                {
-                    **origin_of(specification, self._options),
-                    "parameters": dict(specification["parameters"]),
-                    "world": range_text(read_world(world)) if world is not None else "",
-                }
-            )
+            metadata = {
+                "dataset_size": dataset.storage.get_size(),
+                **origin_of(specification, self._options),
+                "parameters": dict(specification["parameters"]),
+                "world": range_text(read_world(world)) if world is not None else "",
+            }
+            with naming(folder):
+                dataset.storage.update_metadata(metadata)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
+            for one in new:
+                if one.exists() and {file.name for file in one.iterdir()} <= {_NAMESPACE}:
+                    shutil.rmtree(one, ignore_errors=True)
             raise
         return folder
+
+
+@contextlib.contextmanager
+def _hdf5_in_memory() -> Iterator[dict[Path, io.BytesIO]]:
+    """Lets h5py write to memory, and yields the content by path: on a full disk h5py prints a
+    hundred lines and ends the process by SIGSEGV."""
+    h5py: Any = importlib.import_module("h5py")
+    files: dict[Path, io.BytesIO] = {}
+
+    class MemoryFile(h5py.File):  # type: ignore[misc]
+        def __init__(self, name: Any, *arguments: Any, **keywords: Any) -> None:
+            super().__init__(files.setdefault(Path(name), io.BytesIO()), *arguments, **keywords)
+
+    file, h5py.File = h5py.File, MemoryFile
+    try:
+        yield files
+    finally:
+        h5py.File = file
 
 
 def _import_minari() -> Any:
