@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from walker_sim import _core
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
+from walker_sim.files import replace_file
 from walker_sim.registration import without_namespace
-from walker_sim.training import models, onnx_file
-from walker_sim.training.policy_file import PolicyFile, read_policy, write_policy
+from walker_sim.training import models, onnx_file, onnx_reader
+from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes
 
 CHECKS = 1000
 TOLERANCE = 1e-5
@@ -23,15 +24,20 @@ TOLERANCE = 1e-5
 DESCRIPTION = """\
 Writes FILE.safetensors from a model of Stable-Baselines3's PPO, A2C or SAC or its contrib's TQC
 (MODEL.zip), or from a network of fully connected layers in ONNX (MODEL.onnx). Writes FILE.onnx from
-a policy file (MODEL.safetensors). Then compares the actions of both on random observations. Opening
-a MODEL.zip can run code: use only files that you trust.
+a policy file (MODEL.safetensors). Before it writes, it compares the actions of both on random
+observations. Opening a MODEL.zip can run code: use only files that you trust.
 """
 
 EPILOG = f"""\
 {common.WALKER_HELP}
-MODEL.onnx maps observations, shape (n, observation size), to actions by Gemm, or MatMul and Add,
-between Tanh or Relu. Its output is clipped to the action's limits; if it ends in a Tanh, scaled to
-them.
+MODEL.onnx maps one input, observations of shape (n, observation size), (1, observation size) or
+(observation size), to actions. It consists of layers by Gemm, or by MatMul and Add, with Tanh or
+Relu between them. It may normalise observations before them (Sub, Add, Mul, Div, then Clip to 10)
+and scale and limit actions after them (a last Tanh, Add, Sub, Mul, Div, then Clip, Max, Min).
+Without limits of its own, its output is clipped to the action's limits; if it ends in a Tanh,
+scaled to them. Of several outputs, as those of Stable-Baselines3's PPO, one must have the actions'
+size.
+A MODEL.onnx that this command has written gives the same policy file again.
 
 FILE.onnx maps the environment's observations as they are, input "observation" of shape (n,
 observation size) and of their type, to limited actions, output "action", float32: it contains the
@@ -80,18 +86,25 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _to_policy(options: argparse.Namespace) -> int:
-    readers = {".zip": models.read_sb3, ".onnx": models.read_onnx}
-    model = readers[options.model.suffix](options.model)
-    env_id = without_namespace(options.id) if options.id else _fitting(model.sizes)
+    env_id = without_namespace(options.id) if options.id else ""
+    sizes = {each: _sizes_of(each) for each in ([env_id] if env_id else _core.ids())}
+    if options.model.suffix == ".zip":
+        model = models.read_sb3(options.model)
+    else:
+        model = onnx_reader.read_onnx(options.model, sizes.values())
+    env_id = env_id or model.env_id or _fitting(model.sizes, sizes)
     specification = _core.Environment(env_id, {}).specification
     policy = models.to_policy(model, env_id, specification, options.normalization)
-    write_policy(policy, options.out)
+    content = to_bytes(policy)
+    network = _core.Policy.from_bytes(os.fsencode(options.model), content)
     # Within the range that the policy does not clip.
-    normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))).clip(-5, 5)
-    observations = normal * policy.deviation + policy.mean
-    expected = model.act(normal.astype(np.float32))
-    difference = max_difference(policy, options.out, observations, expected)
-    return _report(options.out, policy, difference, "random observations")
+    inputs = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))).clip(-5, 5)
+    observations = inputs * policy.deviation + policy.mean
+    if model.normalization is not None:
+        inputs = observations = observations.astype(np.float32)  # equal for each type of the model
+    expected = model.act(inputs.astype(np.float32)).clip(policy.low, policy.high)
+    difference = max_difference(network, observations, expected)
+    return _write(options.out, content, policy, difference, "random observations")
 
 
 def _to_onnx(options: argparse.Namespace) -> int:
@@ -100,44 +113,54 @@ def _to_onnx(options: argparse.Namespace) -> int:
             raise InputError(f"--{name}: not allowed with {options.model}, which contains it")
     policy = read_policy(options.model)
     dtype = _core.Environment(policy.env_id, {}).specification["observation_dtype"]
-    onnx_file.write_onnx(policy, dtype, options.out)
-    evaluator, act = onnx_file.load_onnx(options.out)
+    model = onnx_file.to_model(policy, dtype)
+    evaluator, act = onnx_file.load_onnx(model, "observation", "action")
     # Half of them are as wide as those of an episode. The others are so wide that some are clipped,
     # as a fall's are.
     width = np.repeat([1.0, 5.0], CHECKS // 2)[:, np.newaxis]
     normal = np.random.default_rng(0).normal(size=(CHECKS, len(policy.mean))) * width
     observations = (normal * policy.deviation + policy.mean).astype(dtype)
-    difference = max_difference(policy, options.model, observations, act(observations))
-    return _report(options.out, policy, difference, f"random observations ({evaluator})")
+    network = _core.Policy(os.fsencode(options.model))
+    difference = max_difference(network, observations, act(observations))
+    where = f"random observations ({evaluator})"
+    return _write(options.out, model.SerializeToString(), policy, difference, where)
 
 
-def _report(out: Path, policy: PolicyFile, difference: float, where: str) -> int:
+def _write(out: Path, content: bytes, policy: PolicyFile, difference: float, where: str) -> int:
+    """Writes the file unless it is another policy, and prints the difference."""
+    if difference <= TOLERANCE:
+        replace_file(out, content)
     print(
         f"{out}: {policy.env_id}, {len(policy.layers)} layers; actions differ by at most"
         f" {difference:.2g} on {CHECKS} {where}"
     )
     if not difference <= TOLERANCE:
-        print(f"the difference is above {TOLERANCE:g}: the file is another policy")
+        print(f"the difference is above {TOLERANCE:g}: another policy, so {out} is not written")
         return 1
     return 0
 
 
 def max_difference(
-    policy: PolicyFile, path: Path, observations: NDArray[Any], expected: NDArray[Any]
+    network: _core.Policy, observations: NDArray[Any], expected: NDArray[Any]
 ) -> float:
-    """Returns the maximum difference between the actions of the policy's file and the expected ones
-    for observations, shape (n, observation size)."""
-    actions = np.empty((len(observations), len(policy.low)))
-    _core.Policy(os.fsencode(path)).act(observations.astype(np.float64), actions)
+    """Returns the maximum difference between the policy's actions and the expected ones for
+    observations, shape (n, observation size)."""
+    actions = np.empty((len(observations), network.action_size))
+    network.act(observations.astype(np.float64), actions)
     return float(np.abs(actions - expected).max())
 
 
-def _fitting(sizes: tuple[int, int]) -> str:
+def _sizes_of(env_id: str) -> tuple[int, int]:
+    """Returns the sizes of observations and actions."""
+    specification = _core.Environment(env_id, {}).specification
+    return len(specification["observation_low"]), len(specification["action_low"])
+
+
+def _fitting(sizes: tuple[int, int], of_ids: dict[str, tuple[int, int]]) -> str:
     """Returns the newest id whose spaces have these sizes; InputError unless one robot fits."""
     fitting: dict[str, str] = {}
-    for env_id in _core.ids():
-        specification = _core.Environment(env_id, {}).specification
-        if sizes == (len(specification["observation_low"]), len(specification["action_low"])):
+    for env_id, known in of_ids.items():
+        if sizes == known:
             fitting[env_id.split("-")[0]] = env_id
     if len(fitting) != 1:
         names = ", ".join(fitting.values()) or "no environment"

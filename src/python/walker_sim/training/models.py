@@ -1,4 +1,4 @@
-"""Reads trained models of Stable-Baselines3 and ONNX as fully connected layers."""
+"""Reads trained models of Stable-Baselines3 as fully connected layers."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib
 import json
 import pickle
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Callable
 
@@ -24,13 +24,32 @@ class ModelError(ValueError):
 
 @dataclass
 class Model:
-    """Layers from a normalised observation to an action; `act` is the original model."""
+    """Layers from a normalised observation to an action; `act` is the original model.
+
+    Parameters
+    ----------
+    layers, activation, output, notes
+        As in `PolicyFile`.
+    act
+        Takes normalised observations, or observations if there is a `normalization`.
+    normalization
+        Mean and deviation of observations, if the model contains them.
+    limits
+        Lower and upper limits of actions, infinite where the model has none; None: the
+        environment's.
+    env_id, parameters
+        The environment of the training, if the model names it.
+    """
 
     layers: list[tuple[Array, Array]]
     activation: str
-    output: str  # clip or tanh, as in PolicyFile
-    act: Callable[[Array], Array]
+    output: str
+    act: Callable[[NDArray[Any]], NDArray[Any]]
     notes: dict[str, str]
+    normalization: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    limits: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    env_id: str = ""
+    parameters: dict[str, str] = field(default_factory=dict)
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -49,8 +68,12 @@ def to_policy(
             f"takes {model.sizes[0]} observations and gives {model.sizes[1]} actions; {env_id} has"
             f" {sizes[0]} and {sizes[1]}"
         )
-    mean, deviation = np.zeros(sizes[0]), np.ones(sizes[0])
+    mean, deviation = model.normalization or (np.zeros(sizes[0]), np.ones(sizes[0]))
     if normalization is not None:
+        if model.normalization is not None:
+            raise ModelError(
+                f"normalises observations itself: --normalization {normalization} is not allowed"
+            )
         statistics = read_vec_normalize(normalization, sizes[0])
         if not statistics.norm_obs:
             raise ModelError(f"--normalization {normalization}: does not normalise observations")
@@ -61,15 +84,18 @@ def to_policy(
             )
         mean = statistics.obs_rms.mean
         deviation = np.sqrt(statistics.obs_rms.var + statistics.epsilon)
+    low, high = (np.array(specification[f"action_{end}"], np.float64) for end in ("low", "high"))
+    if model.limits is not None:
+        low, high = (np.where(np.isinf(a), b, a) for a, b in zip(model.limits, (low, high)))
     return PolicyFile(
         env_id=env_id,
-        parameters={},
+        parameters=model.parameters,
         activation=model.activation,
         output=model.output,
         mean=mean,
         deviation=deviation,
-        low=np.array(specification["action_low"], np.float32),
-        high=np.array(specification["action_high"], np.float32),
+        low=low.astype(np.float32),
+        high=high.astype(np.float32),
         layers=model.layers,
         notes=model.notes,
     )
@@ -166,70 +192,3 @@ def read_vec_normalize(path: Path, size: int) -> Any:
     if shape != (size,):
         raise ModelError(f"--normalization {path}: has shape {shape}; must be ({size},)")
     return normalization
-
-
-def import_onnx() -> Any:
-    """Imports onnx; ImportError with the remedy if it is not installed."""
-    try:
-        return importlib.import_module("onnx")
-    except ImportError as error:
-        raise ImportError(f"needs onnx: pip install onnx ({error})") from error
-
-
-def read_onnx(path: Path) -> Model:
-    """Reads an ONNX graph of fully connected layers; ModelError if it is another file or graph,
-    ImportError without onnx."""
-    onnx = import_onnx()
-    try:
-        graph = onnx.load(str(path)).graph
-    except Exception as error:  # protobuf raises several types
-        raise ModelError(f"not an ONNX file: {error}") from error
-    values = {each.name: onnx.numpy_helper.to_array(each) for each in graph.initializer}
-    layers: list[tuple[Array, Array]] = []
-    kinds: list[str] = []
-    for node in graph.node:
-        kind = node.op_type
-        constants = [values[name] for name in node.input if name in values]
-        if kind == "Constant":
-            values[node.output[0]] = onnx.numpy_helper.to_array(node.attribute[0].t)
-        elif kind == "Gemm":
-            layers.append(_gemm(onnx, node, constants))
-        elif kind == "MatMul" and len(constants) == 1:
-            weight = np.asarray(constants[0], np.float32).T
-            layers.append((weight, np.zeros(len(weight), np.float32)))
-        elif kind == "Add" and len(constants) == 1 and layers:
-            weight, bias = layers[-1]
-            layers[-1] = weight, bias + np.asarray(constants[0], np.float32)
-        elif kind in ("Tanh", "Relu"):
-            kinds.append(kind.lower())
-        elif kind not in ("Identity", "Flatten"):
-            raise ModelError(f"has a node {kind}; must be Gemm, MatMul, Add, Tanh or Relu")
-    if not layers or len(kinds) not in (len(layers) - 1, len(layers)):
-        raise ModelError(f"has {len(layers)} layers and {len(kinds)} activations")
-    output = "tanh" if len(kinds) == len(layers) else "clip"
-    if output == "tanh" and kinds.pop() != "tanh":
-        raise ModelError("ends in Relu; must end in a layer or Tanh")
-
-    def act(observations: Array) -> Array:
-        reference: Any = importlib.import_module("onnx.reference")
-        runner = reference.ReferenceEvaluator(str(path))
-        (actions,) = runner.run(None, {graph.input[0].name: observations})
-        result: Array = np.clip(actions, -1, 1)
-        return result
-
-    return Model(layers, _only(set(kinds)), output, act, {"algorithm": "onnx"})
-
-
-def _gemm(onnx: Any, node: Any, constants: list[Any]) -> tuple[Array, Array]:
-    settings = {each.name: onnx.helper.get_attribute_value(each) for each in node.attribute}
-    if settings.get("alpha", 1) != 1 or settings.get("beta", 1) != 1 or settings.get("transA", 0):
-        raise ModelError("has a Gemm with alpha, beta or transA")
-    if not constants:
-        raise ModelError("has a Gemm without a constant weight")
-    weight = np.asarray(constants[0], np.float32)
-    if not settings.get("transB", 0):
-        weight = weight.T
-    bias = np.zeros(len(weight), np.float32)
-    if len(constants) > 1:
-        bias = bias + np.asarray(constants[1], np.float32)
-    return np.ascontiguousarray(weight), bias

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import importlib
 import json
-from pathlib import Path
 from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 import walker_sim
-from walker_sim.training.models import import_onnx
-from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile, replace_file
+from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
 
 OPSET = 13  # of 2020: the first in which every operator below takes float64 where it has to
 IR_VERSION = 7  # of the same release of ONNX
+
+
+def import_onnx() -> Any:
+    """Imports onnx; ImportError with the remedy if it is not installed."""
+    try:
+        return importlib.import_module("onnx")
+    except ImportError as error:
+        raise ImportError(f"needs onnx: pip install onnx ({error})") from error
 
 
 class _Graph:
@@ -84,29 +90,28 @@ def to_model(policy: PolicyFile, dtype: str) -> Any:
     return model
 
 
-def write_onnx(policy: PolicyFile, dtype: str, path: Path) -> None:
-    """Writes `to_model`."""
-    replace_file(path, to_model(policy, dtype).SerializeToString())
-
-
 Act = Callable[[NDArray[Any]], NDArray[Any]]
 
 
-def load_onnx(path: Path) -> tuple[str, Act]:
+def load_onnx(model: Any, start: str, end: str) -> tuple[str, Act]:
     """Loads a model with ONNX Runtime or, without it, onnx's own evaluator. Returns the evaluator's
-    name and a function from the model's input to its output."""
+    name and a function from the input `start` to the output `end`."""
     try:
         runtime: Any = importlib.import_module("onnxruntime")
     except ImportError:
         reference: Any = importlib.import_module("onnx.reference")
-        runner = reference.ReferenceEvaluator(str(path))
-        name, input_name = "onnx's reference evaluator", runner.input_names[0]
+        runner = reference.ReferenceEvaluator(model)
+        name = "onnx's reference evaluator"
     else:
-        runner = runtime.InferenceSession(str(path), providers=["CPUExecutionProvider"])
-        name, input_name = "ONNX Runtime", runner.get_inputs()[0].name
+        options = runtime.SessionOptions()
+        options.log_severity_level = 4  # its errors are exceptions too
+        runner = runtime.InferenceSession(
+            model.SerializeToString(), options, providers=["CPUExecutionProvider"]
+        )
+        name = "ONNX Runtime"
 
     def act(observations: NDArray[Any]) -> NDArray[Any]:
-        (actions,) = runner.run(None, {input_name: observations})
+        (actions,) = runner.run([end], {start: observations})
         return np.asarray(actions)
 
     return name, act
