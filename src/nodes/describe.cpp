@@ -1,9 +1,14 @@
 // Writes the robot description (URDF) of an environment's running world. Needs no ROS master.
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -66,20 +71,33 @@ Options parse(int argc, char** argv) {
   return options;
 }
 
+// Writes a file beside `path` that then replaces it: a full disk leaves the earlier file as it was.
+// Writes to a pipe or a device directly.
 void write(const std::string& path, const std::string& content) {
-  std::ofstream file(path, std::ios::binary);
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  const bool replaces = !fs::exists(status) || fs::is_regular_file(status);
+  const bool is_there = replaces && fs::exists(status);
+  const fs::path target = is_there ? fs::canonical(path) : fs::path(path);  // a link stays one
+  fs::path written = target;
+  if (replaces) written += "." + std::to_string(getpid()) + ".new";
+  std::ofstream file(written, std::ios::binary);
   file << content;
   file.close();
-  if (!file) throw std::runtime_error(path + ": could not be written");
+  error = std::error_code(file ? 0 : errno, std::generic_category());
+  if (!error && is_there) fs::permissions(written, status.permissions(), error);
+  if (!error && replaces) fs::rename(written, target, error);
+  if (!error) return;
+  if (replaces) unlink(written.c_str());
+  throw std::runtime_error(path + ": could not be written: " + error.message());
 }
 
 void copy_mesh(const std::string& name, const std::string& folder) {
-  using std::filesystem::copy_options;
-  const std::string path = folder + "/" + name;
-  std::error_code error;
-  std::filesystem::copy_file(ros::package::getPath("walker_sim") + "/assets/" + name, path,
-                             copy_options::overwrite_existing, error);
-  if (error) throw std::runtime_error(path + ": could not be written: " + error.message());
+  std::ifstream file(ros::package::getPath("walker_sim") + "/assets/" + name, std::ios::binary);
+  const std::string content(std::istreambuf_iterator<char>(file), {});
+  if (!file) throw std::runtime_error(name + ": could not be read");
+  write(folder + "/" + name, content);
 }
 
 void describe(const Options& options) {
@@ -106,6 +124,7 @@ void describe(const Options& options) {
 
 int main(int argc, char** argv) {
   walker::open_standard_descriptors();
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit of `ulimit -f` fails instead
   try {
     const Options options = parse(argc, argv);
     if (options.wants_help) {

@@ -4,6 +4,7 @@
 import filecmp
 import os
 import pathlib
+import resource
 import subprocess
 import tempfile
 import unittest
@@ -83,6 +84,16 @@ class DescribeTest(unittest.TestCase):
         self.assert_rejected(f"{path}: could not be written", "--urdf", path)
         arguments = ("--urdf", self.urdf, "--meshes", nowhere)
         self.assert_rejected("could not be written: No such file", *arguments)
+
+    def test_a_full_disk_keeps_the_earlier_file(self):
+        self.urdf.write_text("earlier", encoding="utf-8")
+        limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10, limit[1]))  # inherited
+        self.addCleanup(resource.setrlimit, resource.RLIMIT_FSIZE, limit)
+        arguments = ("--urdf", self.urdf, "Hopper-v5")
+        self.assert_rejected(f"{self.urdf}: could not be written: File too large", *arguments)
+        self.assertEqual(self.urdf.read_text(encoding="utf-8"), "earlier")
+        self.assertEqual([*self.folder.iterdir()], [self.urdf])
 
     def test_wrong_arguments_are_named(self):
         self.assert_rejected("--color: unknown option; see --help", "--color")
