@@ -3,13 +3,17 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
+#include <cstring>
+#include <limits>
 #include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bits.h"
+#include "episode/saved_state.h"
 #include "error_message.h"
 #include "stepper.h"
 
@@ -135,6 +139,39 @@ void expect_same_future(const Saver& make_saver, const Loader& make_loader,
     ASSERT_NO_FATAL_FAILURE(expect_alike_from_here(twin, other, actions_of(time)));
     if (time % 2 == 1) other.reset(time);  // terrain differs from that of the next state
   }
+}
+
+/// Overwrites every `stride`-th place of the state with numbers that are not finite or very large,
+/// under a valid checksum: the state is rejected, or observations and rewards are finite.
+inline void expect_finite_numbers(Stepper& walker, std::size_t stride) {
+  constexpr std::size_t kHeaderBytes = 28;
+  const State state = save(walker);
+  const std::vector<double> action(walker.environment->specification().action_size());
+  int num_rejected = 0;
+  const auto try_number = [&](std::size_t at, const auto number) {
+    if (at + sizeof number > state.size()) return;
+    State forged = state;
+    std::memcpy(&forged[at], &number, sizeof number);
+    StateOrigin::seal(forged, 0);
+    if (refusal(walker, forged) != kNothing) {
+      ++num_rejected;
+      return;
+    }
+    for (int step = 0; step < 3; ++step) {
+      for (const double value : walker.observation) ASSERT_TRUE(std::isfinite(value)) << at;
+      ASSERT_TRUE(std::isfinite(walker.result.reward)) << at;
+      if (walker.has_ended()) return;
+      walker.step(action);
+    }
+  };
+  for (std::size_t at = kHeaderBytes; at < state.size(); at += stride) {
+    ASSERT_NO_FATAL_FAILURE(try_number(at, std::numeric_limits<double>::quiet_NaN()));
+    ASSERT_NO_FATAL_FAILURE(try_number(at, -std::numeric_limits<double>::infinity()));
+    ASSERT_NO_FATAL_FAILURE(try_number(at, std::numeric_limits<double>::max()));
+    ASSERT_NO_FATAL_FAILURE(try_number(at, std::numeric_limits<float>::infinity()));
+    ASSERT_NO_FATAL_FAILURE(try_number(at, std::numeric_limits<float>::max()));
+  }
+  EXPECT_GT(num_rejected, 0);
 }
 
 }  // namespace walker

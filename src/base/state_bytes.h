@@ -2,13 +2,17 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
+
+#include "base/shortest_text.h"
 
 namespace walker {
 
@@ -85,6 +89,27 @@ class StateReader {
     // The cast avoids GCC 10's -Wclass-memaccess for types with default member initializers.
     if (count != 0) std::memcpy(static_cast<void*>(values), next_, count * sizeof(Number));
     next_ += count * sizeof(Number);
+  }
+
+  /// As `numbers`. Rejects non-finite values and those of greater magnitude than the limit.
+  /// @param what name of the values in the error message
+  template <typename Number>
+  void finite_numbers(Number* values, std::size_t count, const char* what,
+                      Number limit = std::numeric_limits<Number>::max()) {
+    numbers(values, count);
+    const auto is_within = [limit](Number value) { return std::abs(value) <= limit; };
+    if (std::all_of(values, values + count, is_within)) return;
+    refuse_state(std::string(what) + " must be finite" +
+                 (limit < std::numeric_limits<Number>::max()
+                      ? ", and at most " + shortest_text(double{limit})
+                      : ""));
+  }
+
+  template <typename Number>
+  Number finite_number(const char* what, Number limit = std::numeric_limits<Number>::max()) {
+    Number value;
+    finite_numbers(&value, 1, what, limit);
+    return value;
   }
 
   bool flag() {

@@ -43,7 +43,7 @@ void read(StateReader& reader, std::size_t row_size, std::deque<std::vector<doub
   rows.resize(reader.count(row_size * sizeof(double)));
   for (std::vector<double>& row : rows) {
     row.resize(row_size);
-    reader.numbers(row.data(), row_size);
+    reader.finite_numbers(row.data(), row_size, "delayed actions and observations");
   }
 }
 
@@ -252,7 +252,7 @@ void Effects::load(StateReader& reader) {
   }
   step_ = reader.number<std::uint32_t>();
   observed_step_ = reader.number<std::uint32_t>();
-  reader.numbers(observed_.data(), observed_.size());
+  reader.finite_numbers(observed_.data(), observed_.size(), "the delivered observation");
   read(reader, action_.size(), actions_);
   read(reader, observed_.size(), observations_);
   if (actions_.size() != action_delay_ || observations_.size() > observation_delay_ + 1U) {

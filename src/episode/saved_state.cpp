@@ -1,6 +1,8 @@
 #include "episode/saved_state.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -79,10 +81,14 @@ void read(StateReader& reader, EpisodeState& state) {
   if (phase == Phase::before_reset) return;
   state.episode = 1;
   state.step = reader.number<std::uint32_t>();
-  state.episode_return = reader.number<double>();
-  reader.numbers(state.observation.data(), state.observation.size());
+  state.episode_return = reader.finite_number<double>("the return");
+  reader.finite_numbers(state.observation.data(), state.observation.size(), "the observation");
   reader.numbers(state.info.data(), state.info.size());
-  state.reward = reader.number<double>();
+  const auto is_infinite = [](double value) { return std::isinf(value); };  // NaN: absent
+  if (std::any_of(state.info.begin(), state.info.end(), is_infinite)) {
+    refuse_state("the info must be finite");
+  }
+  state.reward = reader.finite_number<double>("the reward");
   state.terminated = reader.flag();
   state.truncated = reader.flag();
   const std::string end_reason = reader.text();

@@ -106,11 +106,14 @@ class Mutator {
                                          0xff,
                                          0x7fff,
                                          0xffff,
+                                         0x7f7fffff,  // the largest float
+                                         0x7f800000,  // infinity
                                          0x7fffffff,
                                          0x80000000,
                                          0xffffffff,
                                          1ULL << 63,
                                          ~0ULL,
+                                         0x7fefffffffffffff,
                                          0x7ff0000000000000,
                                          0x7ff8000000000000};
     const std::uint64_t value = kValues[below(std::size(kValues))];

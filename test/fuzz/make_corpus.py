@@ -240,13 +240,14 @@ def make_core():
     )
     write("parameter_text", "camera", b"\x07width=480\nheight=-1\ndistance=.inf")
     ids = ("BipedalWalker-v3", "Walker2d-v5", "BipedalWalkerHardcore-v3", "Hopper-v4")
-    for which, environment_id in enumerate(ids):
-        environment = gymnasium.make("walker_sim/" + environment_id).unwrapped
+    cases = [(which, name, None) for which, name in enumerate(ids)] + [(3, ids[3], "laggy")]
+    for which, environment_id, world in cases:
+        environment = gymnasium.make("walker_sim/" + environment_id, world=world).unwrapped
         environment.reset(seed=3)
         for _ in range(20):
             environment.step(np.zeros(environment.action_space.shape, np.float32))
         state = environment.get_state()
-        write("saved_state", environment_id, bytes([which]) + bytes(state))
+        write("saved_state", world or environment_id, bytes([which]) + bytes(state))
         environment.close()
         if environment_id == "Walker2d-v5":
             write("saved_state", "as_it_is", bytes([0x80 | which]) + bytes(state))

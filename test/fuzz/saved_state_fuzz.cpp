@@ -1,5 +1,6 @@
 // Saved states. The first byte selects the environment, and whether the header's size and checksum
 // are corrected, which lets the fuzzer reach the code behind them.
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 
@@ -11,15 +12,25 @@
 namespace walker::fuzz {
 namespace {
 
+void require_finite(const Stepper& walker) {
+  for (const double value : walker.observation)
+    require(std::isfinite(value), "it observes numbers");
+  require(std::isfinite(walker.result.reward), "its reward is a number");
+}
+
 void play(Stepper& walker) {
   constexpr int kSteps = 3;
   Sensors sensors;
   Scene scene;
+  require_finite(walker);
   walker.environment->sense(sensors);
   walker.environment->scene(scene);
   const std::vector<double> action(walker.environment->specification().action_size());
   try {
-    for (int i = 0; i < kSteps; ++i) walker.step(action);
+    for (int i = 0; i < kSteps; ++i) {
+      walker.step(action);
+      require_finite(walker);
+    }
   } catch (const ResetNeeded& refusal) {
     accept(refusal);
   }

@@ -243,12 +243,16 @@ std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues
   GeneratorState terrain_origin{};
   reader.numbers(terrain_origin.data(), terrain_origin.size());
   const bool has_shaping = reader.flag();
-  std::optional<double> shaping = reader.number<double>();
+  std::optional<double> shaping =
+      reader.finite_number<double>("the shaping", 10 * double{kMaxSaved});
   if (!has_shaping) shaping.reset();
-  const auto velocity_before_step = reader.number<b2Vec2>();
+  b2Vec2 velocity_before_step;
+  for (float* const component : {&velocity_before_step.x, &velocity_before_step.y}) {
+    *component = reader.finite_number("the velocity before the step", kMaxSaved);
+  }
   LidarScan lidar;
   for (RayHit& ray : lidar) {
-    ray.fraction = reader.number<float>();
+    ray.fraction = reader.finite_number("the fraction of a ray", 1.0F);
     ray.hit = reader.flag();
   }
   const bool is_same_world = physics_ && terrain_origin == terrain_origin_ && world == world_;

@@ -38,6 +38,10 @@ struct Dynamics {
   double knee_speed = kKneeSpeed;  ///< [rad/s]
 };
 
+/// Upper bound of a saved world's numbers, in Box2D's units. A step moves a body by 2 m at most,
+/// less than single precision resolves at this distance. Fourth powers of the bound are finite.
+constexpr float kMaxSaved = 1e8F;
+
 /// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
 /// affects the engine's bits. box2d_pinned/ defines what needs Box2D's private members.
 class Physics {

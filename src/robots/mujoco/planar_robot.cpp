@@ -367,11 +367,12 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
     throw std::invalid_argument("the state is of another model than this " + specification_.id +
                                 "; has a file changed that its parameters name?");
   }
-  const auto x_before_step = reader.number<double>();
+  const auto x_before_step = reader.finite_number<double>("the position before the step");
   std::vector<double> velocity_before_step(velocity_before_step_.size());
-  reader.numbers(velocity_before_step.data(), velocity_before_step.size());
+  reader.finite_numbers(velocity_before_step.data(), velocity_before_step.size(),
+                        "velocities before the step");
   std::vector<double> state(physics_->state_size());
-  reader.numbers(state.data(), state.size());
+  reader.finite_numbers(state.data(), state.size(), "MuJoCo's state");
   const ModelPointer model = models_.model_of(physics_of(values));
   const double lidar_range = value_or(values, "lidar_range", options_.lidar_range);
   const std::optional<Level> level = level_of(values);

@@ -100,6 +100,11 @@ TEST(SavedState, DamagedOneIsRejected) {
   EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
 }
 
+TEST(SavedState, NumbersMustBeFinite) {
+  Stepper walker = walked();
+  expect_finite_numbers(walker, 7);
+}
+
 /// With a valid checksum, corrupt data may change numbers but must not cause invalid accesses.
 TEST(SavedState, IndicesAreChecked) {
   const State state = save(walked(kHardcore, {}, 40));

@@ -121,6 +121,17 @@ TEST(SavedState, RejectsStatesOfOtherEnvironments) {
   EXPECT_EQ(save(walker), before) << "what is refused changes nothing";
 }
 
+TEST(SavedState, NumbersMustBeFinite) {
+  for (const char* world : {"gymnasium", "laggy", "walker2d_stumps"}) {
+    SCOPED_TRACE(world);
+    Stepper walker("Walker2d-v5");
+    walker.environment->set_world(load_world(world));
+    walker.reset(3);
+    for (int i = 0; i < 5; ++i) walker.step(std::vector<double>(6, 0.1));
+    expect_finite_numbers(walker, 1);
+  }
+}
+
 TEST(SavedState, DoesNotDependOnTheLocale) {
   const std::string id = "Walker2d-v5";
   const Parameters parameters{{"reset_noise_scale", 1e-3}};

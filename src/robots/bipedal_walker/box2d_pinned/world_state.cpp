@@ -150,14 +150,15 @@ void read(StateReader& reader, std::vector<Element>& elements) {
   refuse_state(std::string(what) + " " + std::to_string(index) + " " + why);
 }
 
-/// Rejects non-finite numbers among the first kCount floats of a struct.
+/// Rejects numbers beyond the bound, also NaN, among the first kCount floats of a struct.
 template <std::size_t kCount, typename Struct>
-void check_finite(const Struct& given) {
+void check_floats(const Struct& given) {
   std::array<float, kCount> numbers;
   static_assert(sizeof numbers <= sizeof given);
   std::memcpy(numbers.data(), &given, sizeof numbers);
-  if (std::all_of(numbers.begin(), numbers.end(), [](float n) { return std::isfinite(n); })) return;
-  refuse_state("a number of its world is not finite");
+  const auto is_within = [](float n) { return std::abs(n) <= kMaxSaved; };
+  if (std::all_of(numbers.begin(), numbers.end(), is_within)) return;
+  refuse_state("the numbers of its world must be finite, and at most 1e8");
 }
 
 class SavedWorld {
@@ -222,20 +223,20 @@ class SavedWorld {
   bool touches(std::size_t part) const { return touches_[part] != 0; }
 
  private:
-  /// Rejects non-finite numbers, which make Box2D's searches for an impact very slow.
+  /// Non-finite numbers also make Box2D's searches for an impact very slow.
   void check_numbers() const {
     constexpr std::size_t kBodyFloats = 18;  // all before `is_awake`
     constexpr std::size_t kJointFloats = 6;  // all before `limit_state`
-    check_finite<1>(inverse_dt_);
-    for (const SavedBody& body : bodies_) check_finite<kBodyFloats>(body);
-    for (const SavedTerrain& terrain : terrain_bodies_) check_finite<kBodyFloats>(terrain.body);
-    for (const SavedJoint& joint : joints_) check_finite<kJointFloats>(joint);
+    check_floats<1>(inverse_dt_);
+    for (const SavedBody& body : bodies_) check_floats<kBodyFloats>(body);
+    for (const SavedTerrain& terrain : terrain_bodies_) check_floats<kBodyFloats>(terrain.body);
+    for (const SavedJoint& joint : joints_) check_floats<kJointFloats>(joint);
     for (const SavedContact& contact : contacts_) {
-      check_finite<2>(contact.normal);
-      check_finite<2>(contact.point);
-      for (const b2ManifoldPoint& point : contact.points) check_finite<4>(point);
+      check_floats<2>(contact.normal);
+      check_floats<2>(contact.point);
+      for (const b2ManifoldPoint& point : contact.points) check_floats<4>(point);
     }
-    for (const SavedNode& node : nodes_) check_finite<4>(node);
+    for (const SavedNode& node : nodes_) check_floats<4>(node);
   }
 
   /// Each contact must be between a part of the walker and a piece of terrain, without duplicates.
