@@ -137,6 +137,7 @@ class EndOnSignals {
     sem_init(&wake_semaphore, 0, 0);
     thread_ = std::thread([this] { watch(); });
     set_poll(&poll_until_end);
+    std::signal(SIGXFSZ, SIG_IGN);  // beyond `ulimit -f`, calls fail with EFBIG
     std::signal(SIGINT, on_signal);
     std::signal(SIGTERM, on_signal);
   }

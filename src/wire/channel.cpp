@@ -47,7 +47,7 @@ SharedMemory* map(int descriptor) {
 }
 
 /// Makes memory of zeros whose size the client cannot change: access beyond it would be fatal.
-/// @return its file descriptor; negative if that fails
+/// @return its file descriptor; negative if that fails, e.g. by a limit of the size of files
 int make_memory() {
   const int descriptor = memfd_create("walker_sim", MFD_CLOEXEC | MFD_ALLOW_SEALING);
   if (descriptor < 0) return descriptor;
@@ -59,6 +59,14 @@ int make_memory() {
   return -1;
 }
 
+/// Whether the file is memory as `make_memory` makes it, which the server cannot shrink either.
+bool is_memory(int descriptor) {
+  struct stat status {};
+  const int seals = fcntl(descriptor, F_GET_SEALS);
+  return seals >= 0 && (seals & F_SEAL_SHRINK) != 0 && fstat(descriptor, &status) == 0 &&
+         status.st_size == off_t{sizeof(SharedMemory)};
+}
+
 /// A message of one byte with a file descriptor.
 class Handover {
  public:
@@ -66,7 +74,8 @@ class Handover {
     message_.msg_iov = &bytes_;
     message_.msg_iovlen = 1;
     message_.msg_control = control_;
-    message_.msg_controllen = sizeof(control_);
+    // Without the padding, in which the kernel would deliver a second descriptor.
+    message_.msg_controllen = CMSG_LEN(sizeof(int));
   }
 
   bool send(int socket, int descriptor) {
@@ -135,10 +144,7 @@ Channel Channel::share(Channel local) {
 Channel Channel::join(Channel local) {
   const int descriptor = Handover().receive(local.socket_);
   if (descriptor < 0) return {};
-  struct stat status {};
-  const bool is_whole =
-      fstat(descriptor, &status) == 0 && status.st_size == off_t{sizeof(SharedMemory)};
-  SharedMemory* const memory = is_whole ? map(descriptor) : nullptr;
+  SharedMemory* const memory = is_memory(descriptor) ? map(descriptor) : nullptr;
   ::close(descriptor);
   if (memory == nullptr) return {};
   local.add_memory(memory, memory->answers, memory->requests);

@@ -25,6 +25,10 @@ namespace {
 // `receive`.
 constexpr std::chrono::milliseconds kMaxReceive = kSignalCheckPeriod / 2;
 
+// Upper bound of the wait for the server's memory. The server sends it when it accepts the client,
+// for which a step or a reset may keep it waiting.
+constexpr std::chrono::milliseconds kMaxHandover{500};
+
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }
 
 /// Blocks until the descriptor is ready.
@@ -90,7 +94,7 @@ bool is_loopback(const sockaddr& address) {
 
 /// Joins the server's memory by the local socket beside a port of this machine. A server of another
 /// user is not trusted, because any user can take the name of a port that has none.
-/// @return not open if there is no such socket, or no memory arrives @throws Interrupted
+/// @return not open if there is no such socket, or no memory arrives in time @throws Interrupted
 Channel connect_locally(const addrinfo& address, std::uint16_t port, const Deadline& deadline) {
   if (!is_loopback(*address.ai_addr)) return {};
   LocalAddress local(port);
@@ -105,7 +109,7 @@ Channel connect_locally(const addrinfo& address, std::uint16_t port, const Deadl
     const bool is_known =
         getsockopt(connected.descriptor(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
     if (!is_known || (peer.uid != geteuid() && peer.uid != 0)) return {};
-    wait_for(connected.descriptor(), POLLIN, deadline);
+    wait_for(connected.descriptor(), POLLIN, deadline.within(kMaxHandover));
     return Channel::join(std::move(connected));
   } catch (const SocketError&) {  // TCP remains
     return {};
@@ -122,6 +126,11 @@ TimePoint::duration Deadline::check() const {
     take_signal();
   }
   return std::min(until_, next_check_) - now;
+}
+
+Deadline Deadline::within(TimePoint::duration longest) const {
+  const TimePoint now = std::chrono::steady_clock::now();
+  return {now + std::min(longest, (until_ - now) / 2), is_interrupted_};
 }
 
 void Deadline::take_signal() const {

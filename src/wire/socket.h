@@ -35,6 +35,9 @@ class Deadline {
   /// @throws SocketError at the deadline, Interrupted
   TimePoint::duration check() const;
 
+  /// Returns a deadline that comes after the duration at the latest, and leaves half of the time.
+  Deadline within(TimePoint::duration longest) const;
+
   /// Call this after EINTR. @throws Interrupted if the signal ends the call
   void take_signal() const;
 

@@ -526,6 +526,13 @@ class ServicePortTest(ServerTest):
             for _ in range(50):
                 self.shared_connection().close()
 
+    def test_a_limit_of_file_sizes_leaves_tcp(self):
+        self.use_own()
+        resource.prlimit(self.server.pid, resource.RLIMIT_FSIZE, (65536, 65536))
+        with self.assertRaises(ValueError):  # EOF instead of memory
+            self.shared_connection()
+        self.assert_serves()
+
     def test_serves_rosservice_and_rospy(self):
         self.assertEqual(rosservice.get_service_node("/walker_sim/step"), "/walker_sim")
         self.assertEqual(rosservice.get_service_args("/walker_sim/step"), "action")

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -12,7 +13,12 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <future>
+#include <iterator>
+#include <optional>
+#include <vector>
 
 #include "client/scripted_server.h"
 #include "error_message.h"
@@ -57,6 +63,50 @@ void receive_one(Socket& socket, const Deadline& deadline) {
 
 void send_one(Socket& socket, const Deadline& deadline) { socket.send_all("x", 1, deadline); }
 
+/// Sends a byte with file descriptors.
+void send_descriptors(int socket, const std::vector<int>& descriptors) {
+  char byte = 'x';
+  iovec bytes{&byte, 1};
+  const std::size_t size = descriptors.size() * sizeof(int);
+  std::vector<char> control(descriptors.empty() ? 0 : CMSG_SPACE(size));
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  if (cmsghdr* const header = CMSG_FIRSTHDR(&message)) {
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(size);
+    std::memcpy(CMSG_DATA(header), descriptors.data(), size);
+  }
+  EXPECT_EQ(sendmsg(socket, &message, 0), 1);
+}
+
+/// A file in memory of this size.
+class MemoryFile {
+ public:
+  MemoryFile(off_t size, int seals) {
+    EXPECT_EQ(ftruncate(descriptor_, size), 0);
+    EXPECT_EQ(fcntl(descriptor_, F_ADD_SEALS, seals), 0);
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { close(descriptor_); }
+
+  int get() const { return descriptor_; }
+
+ private:
+  int descriptor_ = memfd_create("test", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+};
+
+constexpr off_t kSharedBytes = 2 * (128 + (1 << 16));  // of src/wire/channel.cpp
+
+std::ptrdiff_t num_descriptors() {
+  const std::filesystem::directory_iterator open_ones("/proc/self/fd");
+  return std::distance(begin(open_ones), end(open_ones));
+}
+
 /// Listens on the local socket beside a port.
 class LocalListener {
  public:
@@ -76,11 +126,11 @@ class LocalListener {
     });
   }
 
-  /// Accepts the next client in a thread and sends it a byte without memory.
-  std::future<void> give_a_byte_to_client() const {
-    return std::async(std::launch::async, [this] {
+  /// Accepts the next client in a thread and sends it a byte with these file descriptors.
+  std::future<void> send_to_client(const std::vector<int>& descriptors) const {
+    return std::async(std::launch::async, [this, descriptors] {
       const int client = accept(descriptor_, nullptr, nullptr);
-      EXPECT_EQ(send(client, "x", 1, 0), 1);
+      send_descriptors(client, descriptors);
       close(client);
     });
   }
@@ -171,15 +221,43 @@ TEST_F(SharedMemoryTest, TimesOut) {
             "timed out");
 }
 
-TEST(Socket, ConnectsToThePortIfNoMemoryArrives) {
+/// Connects beside a local socket whose server sends this to the client.
+/// @param descriptors sent with a byte; nullopt: the server accepts no client
+/// @return whether the connection is to the port
+bool connects_to_the_port(const std::optional<std::vector<int>>& descriptors) {
   std::promise<std::string> received;
   const ScriptedServer server({[&](Peer& peer) { received.set_value(peer.take(1)); }});
   const LocalListener local(server.port());
-  const std::future<void> given = local.give_a_byte_to_client();
+  const std::future<void> sent =
+      descriptors ? local.send_to_client(*descriptors) : std::future<void>();
   const Deadline deadline(std::chrono::steady_clock::now() + kHang);
   Socket socket("localhost", server.port(), deadline);
   socket.send_all("x", 1, deadline);
-  EXPECT_EQ(received.get_future().get(), "x");
+  return received.get_future().wait_for(kHang / 2) == std::future_status::ready;
+}
+
+TEST(Socket, ConnectsToThePortIfNoMemoryArrives) {
+  EXPECT_TRUE(connects_to_the_port(std::vector<int>{}));
+  EXPECT_TRUE(connects_to_the_port(std::nullopt));
+}
+
+/// A server could shrink it later, and access beyond its end would be fatal.
+TEST(Socket, ConnectsToThePortIfTheMemoryIsNotSealed) {
+  const MemoryFile growing(kSharedBytes, F_SEAL_GROW);
+  EXPECT_TRUE(connects_to_the_port(std::vector<int>{growing.get()}));
+}
+
+TEST(Socket, KeepsNoDescriptorThatAServerSends) {
+  const MemoryFile sealed(kSharedBytes, F_SEAL_SHRINK);
+  const std::ptrdiff_t before = num_descriptors();
+  for (std::size_t count = 1; count < 4; ++count) {
+    const ScriptedServer server({});
+    const LocalListener local(server.port());
+    const std::future<void> sent = local.send_to_client(std::vector<int>(count, sealed.get()));
+    const Socket socket("localhost", server.port(),
+                        Deadline(std::chrono::steady_clock::now() + kHang));
+  }
+  EXPECT_EQ(num_descriptors(), before);
 }
 
 /// Otherwise the server would receive what the process prints.
