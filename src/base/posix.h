@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <pthread.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -57,6 +58,14 @@ inline unsigned num_forks() {
 inline constexpr const char* kForkedClientError =
     "this client was made before a fork, by the parent process, whose connections it has; make "
     "another one in this process";
+
+/// Whether the path names another kind of file than a regular one. Reading a FIFO, for example,
+/// blocks until there is a writer, and in most libraries no signal ends that.
+/// @return false also if there is no such file
+inline bool is_irregular_file(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+}
 
 /// Replaces a leading ~/ by $HOME/, if HOME is set. roslaunch passes arguments on unexpanded.
 inline std::string expand_home(const std::string& path) {

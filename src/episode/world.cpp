@@ -190,6 +190,10 @@ World load_world(const std::string& preset_or_file) {
     return parse_world(preset_or_file, printable(preset_or_file));
   }
   const std::string path = expand_home(preset_or_file);
+  if (is_irregular_file(path)) {
+    throw std::invalid_argument("world " + printable(preset_or_file) +
+                                ": must be a preset or a regular YAML file");
+  }
   std::ifstream file(path);
   constexpr std::size_t kMaxBytes = 1U << 16U;
   std::string text(kMaxBytes + 1, '\0');

@@ -1,14 +1,13 @@
 #include "walker_sim/policy.h"
 
 #include <cstddef>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "base/posix.h"
 #include "base/printable_text.h"
 #include "base/shortest_text.h"
 #include "policy/network.h"
@@ -30,11 +29,8 @@ constexpr std::streamoff kMaxFile = std::streamoff{1} << 28U;
 }
 
 std::vector<char> read_file(const std::string& path) {
-  std::error_code error;
-  const auto type = std::filesystem::status(path, error).type();
   const bool has_zero = path.find('\0') != std::string::npos;  // C functions would cut it there
-  if (has_zero || (!error && type != std::filesystem::file_type::not_found &&
-                   type != std::filesystem::file_type::regular)) {
+  if (has_zero || is_irregular_file(path)) {
     refuse(path, "it must be a regular file");
   }
   std::ifstream file(path, std::ios::binary | std::ios::ate);

@@ -115,6 +115,9 @@ PYBIND11_MODULE(_core, module) {
   module.def("world_parameters",
              [](const std::string& id) { return to_list(world_parameters(id)); });
   module.def("load_world", [](const std::string& text) { return to_dict(load_world(text)); });
+  module.def("parse_world", [](const std::string& text, const std::string& source) {
+    return to_dict(parse_world(text, source));
+  });
   module.def("check_world", [](const std::string& id, const py::dict& world) {
     check_world(id, to_world(world));
   });

@@ -1,6 +1,7 @@
 #include "walker_sim/world.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <cstdio>
@@ -65,11 +66,18 @@ TEST(World, ReadsWholeFiles) {
   std::ofstream(path) << std::string(65530, '#') << "\ngravity: -5.25\n";
   EXPECT_EQ(message_of<std::invalid_argument>([&] { load_world(path); }),
             "world " + path + ": has more than 65536 bytes");
-  EXPECT_NE(message_of<std::invalid_argument>([] {
-              load_world(testing::TempDir());
-            }).find("neither a preset nor a readable YAML file"),
-            std::string::npos);
   std::remove(path.c_str());
+}
+
+/// Opening a FIFO would block until it has a writer.
+TEST(World, ReadsRegularFilesOnly) {
+  const std::string pipe = testing::TempDir() + "world.pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), S_IRUSR | S_IWUSR), 0);
+  for (const std::string& path : {pipe, testing::TempDir(), std::string("/dev/zero")}) {
+    EXPECT_EQ(message_of<std::invalid_argument>([&] { load_world(path); }),
+              "world " + path + ": must be a preset or a regular YAML file");
+  }
+  std::remove(pipe.c_str());
 }
 
 TEST(World, HasPresetsThatSomeEnvironmentApplies) {

@@ -110,7 +110,8 @@ def test_a_record_without_worlds(record, command):
     [
         ("{gravity: -1000}", "gravity = -1000.0: must be in [-50.0, 0.0] m/s^2"),
         ("{gravity", "must be NAME: NUMBER or NAME: [LOW, HIGH]"),
-        ("mars", "world mars, neither a preset nor a readable YAML file"),
+        ("moon", "world of the recording: moon: must be NAME: NUMBER or NAME: [LOW, HIGH]"),
+        ("/dev/stdin", "world of the recording: /dev/stdin: must be NAME: NUMBER"),  # not read
         ("{hip_speed: 1}", "cannot be applied by Hopper-v5"),
     ],
 )

@@ -29,6 +29,7 @@ REFUSED = [
     ({"seed": [float("nan")]}, ["seed", ".nan", "18446744073709551615"]),
     ({"world": "moom"}, ["parameter world = moom", "neither a preset", "did you mean moon?"]),
     ({"world": "/nowhere/world.yaml"}, ["/nowhere/world.yaml", "neither a preset", "YAML file"]),
+    ({"world": "/dev/zero"}, ["world /dev/zero: must be a preset or a regular YAML file"]),
     ({"world": "{gravity: -5, gravty: -5}"}, ["world parameter gravty = -5", "gravity"]),
     ({"world": "{gravity: -5"}, ["parameter world = {gravity: -5"]),
     ({"world": {"gravity": [-5, -9]}}, ["world parameter gravity = [-5.0, -9.0]", "low <= high"]),

@@ -122,12 +122,8 @@ ModelPointer compile_file(const std::string& xml_file) {
     throw std::runtime_error("must not have a zero byte");
   }
   const std::string path = expand_home(xml_file);
+  if (is_irregular_file(path)) throw std::runtime_error("must be an XML file, and a regular one");
   std::error_code error;
-  const auto type = std::filesystem::status(path, error).type();
-  using Type = std::filesystem::file_type;
-  if (!error && type != Type::not_found && type != Type::regular) {
-    throw std::runtime_error("must be an XML file, and a regular one");
-  }
   const std::uintmax_t size = std::filesystem::file_size(path, error);
   const CompileLimits limits;
   if (!error && size > limits.bytes) {

@@ -12,13 +12,14 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from walker_sim import _core
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, Steps, play, progress
 from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
 from walker_sim.commands.policies import POLICY_HELP, make_policies
 from walker_sim.files import replace_file
 from walker_sim.transport import Specification, Walkers, libm_of, release_of
-from walker_sim.worlds import text_of, to_world
+from walker_sim.worlds import World, text_of
 
 FORMAT = 1
 EPISODES = 10
@@ -240,7 +241,7 @@ def _check(options: argparse.Namespace) -> int:
     try:
         _, parameters = common.walker_of([env_id, *map("=".join, pairs)])
         walkers = common.make_walkers(options, env_id, parameters, options.num_envs, 1)
-        worlds = [to_world(env_id, text or None) for text in recorded["worlds"].tolist()]
+        worlds = [_to_world(env_id, text) for text in recorded["worlds"].tolist()]
     except (common.InputError, ValueError) as error:
         raise common.InputError(f"{options.check}: {error}") from error
     size = len(walkers.specification["action_low"])
@@ -276,6 +277,13 @@ def _check(options: argparse.Namespace) -> int:
     what = "equal to the bit" if num_equal == count else "equal"
     print(f"{num_equal} of {count} episodes {what} ({len(recorded['actions']):,} steps)")
     return 0 if num_equal == count else 1
+
+
+def _to_world(env_id: str, text: str) -> World:
+    """Reads a text that `text_of` has written: no name of a preset or a file."""
+    world = _core.parse_world(text.encode("utf-8", "surrogatepass"), "of the recording")
+    _core.check_world(env_id, world)
+    return world
 
 
 def _episode(recorded: Mapping[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
