@@ -27,8 +27,13 @@ constexpr std::uint32_t kMaxRecordedSteps = 1000000;
 constexpr std::size_t kMaxRecordedPushes = 100000;
 constexpr std::size_t kPushBytes = 2 * sizeof(std::uint32_t) + 3 * sizeof(double);  // Push.msg
 
-/// Limit of each component of a push by hand, far above any weight [N, N m].
+/// Upper bound of each component of a push by hand in axes of its link, far above any weight
+/// [N, N m].
 constexpr double kMaxPush = 1e6;
+
+/// Upper bound of each component in axes of odom: three in axes of the link make one of up to
+/// sqrt(3) times their size.
+constexpr double kMaxTurnedPush = 2 * kMaxPush;
 
 /// Upper bound of the total size of an episode record's strings [bytes].
 constexpr std::uint32_t kMaxRecordTextBytes = 1U << 20U;

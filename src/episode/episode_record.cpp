@@ -75,9 +75,9 @@ void check_wrench(const LinkWrench& wrench, const Specification& specification) 
                                 std::to_string(num_links));
   }
   const auto check = [](const char* name, double value, const char* unit) {
-    if (std::abs(value) <= kMaxPush) return;
+    if (std::abs(value) <= kMaxTurnedPush) return;
     throw std::invalid_argument(std::string(name) + " = " + shortest_text(value) + unit +
-                                "; must be finite, and at most " + shortest_text(kMaxPush));
+                                "; must be finite, and at most " + shortest_text(kMaxTurnedPush));
   };
   check("force_x", wrench.force_x, " N");
   check("force_z", wrench.force_z, " N");

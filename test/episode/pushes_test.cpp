@@ -198,10 +198,10 @@ TEST_P(PushesTest, WrongOnesAreRefused) {
   const std::string links = std::to_string(walker->specification().links.size());
   EXPECT_EQ(refusal({99, 0, 0, 0}), "link = 99; must be below " + links);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(refusal({0, nan, 0, 0}), "force_x = nan N; must be finite, and at most 1000000");
-  EXPECT_EQ(refusal({0, 0, -2e6, 0}), "force_z = -2000000 N; must be finite, and at most 1000000");
+  EXPECT_EQ(refusal({0, nan, 0, 0}), "force_x = nan N; must be finite, and at most 2000000");
+  EXPECT_EQ(refusal({0, 0, -3e6, 0}), "force_z = -3000000 N; must be finite, and at most 2000000");
   EXPECT_EQ(refusal({0, 0, 0, HUGE_VAL}),
-            "torque_y = inf N m; must be finite, and at most 1000000");
+            "torque_y = inf N m; must be finite, and at most 2000000");
   const std::vector<double> action(walker->specification().action_size());
   const auto other = begun();
   for (Episode* each : {walker.get(), other.get()}) each->step(action);
@@ -216,7 +216,7 @@ TEST_P(PushesTest, TheStrongestAreSurvived) {
     if (walker->state().has_ended()) walker->reset(i);
     const double sign = i % 2 == 0 ? 1 : -1;
     for (std::uint32_t link = 0; link < walker->specification().links.size(); ++link) {
-      walker->push({link, sign * kMaxPush, kMaxPush, -sign * kMaxPush});
+      walker->push({link, sign * kMaxTurnedPush, kMaxTurnedPush, -sign * kMaxTurnedPush});
     }
     walker->step(draw_action(*walker));
   }

@@ -164,7 +164,7 @@ class PushTest(ServerTest):
         self.assertIn("force.x = nan N", self.refusal(wrench("hull", math.nan)))
         self.assertIn("torque.y = inf N m", self.refusal(wrench("hull", torque=math.inf)))
         self.assertIn("out of the walker's plane", self.refusal(wrench("hull", y=1.0)))
-        self.assertIn("at most 1000000", self.refusal(wrench("hull", 2e6)))
+        self.assertIn("at most 1000000", self.refusal(wrench("base_link", 2e6)))
         self.assert_same_experiences(self.walk(3, 4), undisturbed)
         self.assertEqual(self.ask("snapshot").record.pushes, [])
         self.assertRegex(self.server.output(), r"ERROR.*Refused push: .*\(1 so far\)")

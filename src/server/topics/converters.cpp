@@ -9,7 +9,7 @@
 #include <sensor_msgs/image_encodings.h>
 #include <tf2_eigen/tf2_eigen.h>
 
-#include "base/checks.h"
+#include "base/limits.h"
 #include "base/parameter_text.h"
 #include "base/printable_text.h"
 #include "base/shortest_text.h"
@@ -63,14 +63,23 @@ void append_joints(const Specification& specification, const Sensors& sensors, c
 std::size_t index_of_link(const Frames& frames, const std::string& name) {
   const auto link = std::find(frames.links.begin(), frames.links.end(), name);
   if (link != frames.links.end()) return link - frames.links.begin();
-  refuse_unknown("frame_id " + printable(name, kMaxQuotedBytes), name, frames.links);
+  if (name == frames.base_link) return 0;
+  std::vector<std::string> known = frames.links;
+  if (frames.base_link != frames.trunk) known.push_back(frames.base_link);
+  refuse_unknown("frame_id " + printable(name, kMaxQuotedBytes), name, known);
 }
 
-Eigen::Vector3d finite(const std::string& name, const geometry_msgs::Vector3& vector,
-                       const char* unit) {
-  check_finite(name + ".x", vector.x, unit);
-  check_finite(name + ".y", vector.y, unit);
-  check_finite(name + ".z", vector.z, unit);
+/// Returns a vector of a push, whose components are checked.
+Eigen::Vector3d checked_vector(const std::string& name, const geometry_msgs::Vector3& vector,
+                               const char* unit) {
+  const auto check = [&](const char* component, double value) {
+    if (std::abs(value) <= kMaxPush) return;
+    throw std::invalid_argument(name + component + " = " + shortest_text(value) + unit +
+                                "; must be finite, and at most " + shortest_text(kMaxPush));
+  };
+  check(".x", vector.x);
+  check(".y", vector.y);
+  check(".z", vector.z);
   return {vector.x, vector.y, vector.z};
 }
 
@@ -297,8 +306,8 @@ LinkWrench to_link_wrench(const geometry_msgs::WrenchStamped& message, const Fra
                           const Sensors& sensors) {
   const std::size_t link = index_of_link(frames, message.header.frame_id);
   const Eigen::Quaterniond attitude = to_eigen(sensors.link_poses[link].orientation);
-  const Eigen::Vector3d force = attitude * finite("force", message.wrench.force, " N");
-  const Eigen::Vector3d torque = attitude * finite("torque", message.wrench.torque, " N m");
+  const Eigen::Vector3d force = attitude * checked_vector("force", message.wrench.force, " N");
+  const Eigen::Vector3d torque = attitude * checked_vector("torque", message.wrench.torque, " N m");
   check_plane("force", force, force.y(), " N");
   check_plane("torque", torque, std::hypot(torque.x(), torque.z()), " N m");
   return {static_cast<std::uint32_t>(link), force.x(), force.z(), torque.y()};

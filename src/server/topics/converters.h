@@ -94,8 +94,8 @@ tf2_msgs::TFMessage static_transforms(const Specification& specification, const 
 /// Turns a push by hand, a wrench in the frame of a link, which acts at the frame's origin, into
 /// axes of the world.
 /// @param sensors of the present state
-/// @throws std::invalid_argument naming a frame that is no link, a non-finite value, or a component
-///         out of the plane of motion
+/// @throws std::invalid_argument naming a frame that is neither a link nor base_link, a component
+///         that is non-finite or too large, or one out of the plane of motion
 LinkWrench to_link_wrench(const geometry_msgs::WrenchStamped& message, const Frames& frames,
                           const Sensors& sensors);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/limits.h"
 #include "error_message.h"
 
 namespace walker {
@@ -57,6 +58,26 @@ TEST_F(LinkWrenchTest, AnotherFrameIsNoLink) {
   }
 }
 
+TEST_F(LinkWrenchTest, BaseLinkIsTheTrunk) {
+  message_.header.frame_id = "robot/base_link";
+  message_.wrench.force.x = 3;
+  EXPECT_EQ(converted().link, 0U);
+  EXPECT_EQ(converted().force_x, 3);
+}
+
+/// The limit holds in the link's axes, here turned by 45 degrees, and the episode takes the result.
+TEST_F(LinkWrenchTest, ComponentsAreLimited) {
+  sensors_.link_poses[1].orientation = {0, std::sin(M_PI / 8), 0, std::cos(M_PI / 8)};
+  message_.wrench.force.x = kMaxPush;
+  message_.wrench.force.z = kMaxPush;
+  message_.wrench.torque.y = -kMaxPush;
+  EXPECT_NEAR(converted().force_x, std::sqrt(2) * kMaxPush, 1e-6);
+  EXPECT_LT(converted().force_x, kMaxTurnedPush);
+  message_.wrench.force.z = 0;
+  message_.wrench.force.x = 1.2 * kMaxPush;
+  EXPECT_EQ(refusal(), "force.x = 1200000 N; must be finite, and at most 1000000");
+}
+
 TEST_F(LinkWrenchTest, ComponentsAreFinite) {
   message_.wrench.force.y = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refusal().rfind("force.y = nan N", 0), 0U) << refusal();
@@ -68,7 +89,7 @@ TEST_F(LinkWrenchTest, ComponentsAreFinite) {
 TEST_F(LinkWrenchTest, NothingPushesOutOfThePlaneOfMotion) {
   message_.wrench.force.y = 3;
   EXPECT_EQ(refusal(), "force has 3 N out of the walker's plane of motion, odom's x,z; must be 0");
-  message_.wrench.force.x = 1e7;
+  message_.wrench.force.x = kMaxPush;
   message_.wrench.force.y = 1;  // the rounding of a rotation
   EXPECT_EQ(converted().link, 1U);
   message_.wrench.force = {};
