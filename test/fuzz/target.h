@@ -22,6 +22,10 @@ inline std::vector<Target>& targets() {
   return all;
 }
 
+/// Whether the input is a file seed_* of the corpus. Targets that read what the product has written
+/// require that they accept it: a refused seed leads to little of their code.
+inline bool is_seed = false;
+
 struct Registered {
   Registered(const char* name, void (*run)(const std::uint8_t* data, std::size_t size)) {
     targets().push_back({name, run});
