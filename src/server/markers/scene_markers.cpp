@@ -112,7 +112,6 @@ void add_face(const Outline& outline, double y, const std::vector<Color>& colors
 // The world is the plane y = 0, seen from -y. These depths are only visual [m].
 constexpr Depth kGroundDepth{-2, 2};
 constexpr Depth kObstacleDepth{-2.02, 2.02};  // more than the ground's, against flicker
-constexpr double kObstacleMargin = 0.02;      // the same in x and z
 constexpr double kGrassHeight = 0.12;         // grass that hangs over the ground's edge
 constexpr double kFlagY = 1;                  // behind the walker
 constexpr double kNearestCloudY = 7;
@@ -136,12 +135,59 @@ void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
   add_face(earth, kGroundDepth.far, colors, triangles);
 }
 
+/// An interval of x.
+struct Interval {
+  double left;
+  double right;
+};
+
+/// Removes an interval from others.
+std::vector<Interval> without(const std::vector<Interval>& all, const Interval& removed) {
+  std::vector<Interval> rest;
+  for (const auto& [left, right] : all) {
+    if (left < removed.left) rest.push_back({left, std::min(right, removed.left)});
+    if (right > removed.right) rest.push_back({std::max(left, removed.right), right});
+  }
+  return rest;
+}
+
+/// Returns the height of the line through `a` and `b` at `x`; a.x != b.x.
+double height_at(double x, const PlanePoint& a, const PlanePoint& b) {
+  return a[1] + (x - a[0]) / (b[0] - a[0]) * (b[1] - a[1]);
+}
+
+/// Returns the intervals of the surface where no side of an obstacle is in the same plane: rviz
+/// would show pieces of both.
+std::vector<Interval> uncovered(const PlanePoint& from, const PlanePoint& to,
+                                const std::vector<ScenePolygon>& obstacles) {
+  constexpr double kTolerance = 1e-4;  // [m]
+  std::vector<Interval> parts{{from[0], to[0]}};
+  for (const auto& [points, color] : obstacles) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const PlanePoint& a = points[i];
+      const PlanePoint& b = points[(i + 1) % points.size()];
+      const double left = std::max(from[0], std::min(a[0], b[0]));
+      const double right = std::min(to[0], std::max(a[0], b[0]));
+      if (right - left < kTolerance) continue;
+      const auto is_flush = [&](double x) {
+        return std::abs(height_at(x, a, b) - height_at(x, from, to)) < kTolerance;
+      };
+      if (is_flush(left) && is_flush(right)) parts = without(parts, {left, right});
+    }
+  }
+  return parts;
+}
+
 /// Adds the surface and its edge, which hangs over the earth.
 void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
-               Marker& triangles) {
+               const std::vector<ScenePolygon>& obstacles, Marker& triangles) {
   constexpr double kFarShade = 0.8;
   constexpr double kEdgeShade = 0.88;
-  add_wall(from, to, kGroundDepth, color, shaded(color, kFarShade), triangles);
+  for (const auto& [left, right] : uncovered(from, to, obstacles)) {
+    const PlanePoint begin = left == from[0] ? from : PlanePoint{left, height_at(left, from, to)};
+    const PlanePoint end = right == to[0] ? to : PlanePoint{right, height_at(right, from, to)};
+    add_wall(begin, end, kGroundDepth, color, shaded(color, kFarShade), triangles);
+  }
   const Outline edge{from, to, {to[0], to[1] - kGrassHeight}, {from[0], from[1] - kGrassHeight}};
   const std::vector<Color> colors(edge.size(), shaded(color, kEdgeShade));
   add_face(edge, kGroundDepth.near, colors, triangles);
@@ -156,7 +202,8 @@ Marker ground_marker(const Scene& scene, const Header& header) {
     if (!is_drawable(outline)) continue;
     add_earth(outline, color, marker);
     const bool has_surface = i < scene.surface_colors.size();
-    add_grass(outline[0], outline[1], has_surface ? scene.surface_colors[i] : color, marker);
+    add_grass(outline[0], outline[1], has_surface ? scene.surface_colors[i] : color,
+              scene.obstacles, marker);
     // Faces at both ends of the ground; those between its pieces are hidden.
     const Color end_color = shaded(color, kEndShade);
     if (i == 0) {
@@ -172,9 +219,7 @@ Marker ground_marker(const Scene& scene, const Header& header) {
 void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines) {
   constexpr double kFaceShade = 0.96;
   constexpr double kFlankShade = 0.84;
-  const Outline outline = around_center(obstacle.points, [](double own, double center) {
-    return own + std::copysign(kObstacleMargin, own - center);
-  });
+  const Outline& outline = obstacle.points;
   const std::vector<Color> face(outline.size(), shaded(obstacle.color, kFaceShade));
   add_face(outline, kObstacleDepth.near, face, triangles);
   add_face(outline, kObstacleDepth.far, face, triangles);

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -166,6 +168,42 @@ TEST(SceneMarkers, CoverEachPieceOfGroundOnce) {
     }
   }
   EXPECT_NEAR(area, 7.5, 1e-12);
+}
+
+TEST(SceneMarkers, HaveTheObstaclesExactOutlines) {
+  const World world("BipedalWalkerHardcore-v3");
+  std::set<std::pair<double, double>> outlines;
+  for (const ScenePolygon& obstacle : world.scene.obstacles) {
+    for (const auto& [x, z] : obstacle.points) outlines.emplace(x, z);
+  }
+  const MarkerArray array = scene_markers(world.scene, header());
+  for (const char* name : {"obstacles", "obstacle_outlines"}) {
+    std::set<std::pair<double, double>> drawn;
+    for (const auto& point : find(array, name)->points) drawn.emplace(point.x, point.z);
+    EXPECT_EQ(drawn, outlines) << name;
+  }
+}
+
+/// Of two faces in one plane rviz shows pieces of both.
+TEST(SceneMarkers, HaveNoSurfaceInThePlaneOfAnObstaclesSide) {
+  Scene scene;
+  for (const double x : {0.0, 1.0, 2.0, 3.0}) {
+    scene.ground.push_back({{{x, 0}, {x + 1, 0}, {x + 1, -1}, {x, -1}}, {0.4, 0.8, 0.3, 1}});
+  }
+  scene.obstacles.push_back({{{0.5, 0}, {2, 0}, {2, 1}, {0.5, 1}}, {1, 1, 1, 1}});
+  scene.obstacles.push_back({{{2.5, -1}, {2.75, -1}, {2.75, 0}, {2.5, 0}}, {1, 1, 1, 1}});
+  scene.obstacles.push_back({{{3, 0.5}, {4, 0.5}, {4, 1}, {3, 1}}, {1, 1, 1, 1}});
+  const MarkerArray array = scene_markers(scene, header());
+  const Marker& ground = *find(array, "ground");
+  double length = 0;  // of the surface, from each triangle half of its own
+  for (std::size_t i = 0; i < ground.points.size(); i += 3) {
+    const auto& [a, b, c] = std::tie(ground.points[i], ground.points[i + 1], ground.points[i + 2]);
+    if (a.z != 0 || b.z != 0 || c.z != 0) continue;
+    const auto [left, right] = std::minmax({a.x, b.x, c.x});
+    length += (right - left) / 2;
+    EXPECT_TRUE(right <= 0.5 || (left >= 2 && right <= 2.5) || left >= 2.75) << left;
+  }
+  EXPECT_NEAR(length, 0.5 + 0.5 + 0.25 + 1, 1e-12);
 }
 
 /// Gymnasium's pennant is 25 pixels long and 10 high, on a pole of 50 pixels.
