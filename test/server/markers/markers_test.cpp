@@ -314,7 +314,7 @@ TEST(StateMarkers, ScaleWithTheWalkersReach) {
   const Marker& text = *find(array, "episode");
   constexpr double kReach = 0.5 + 0.3 + 0.1;
   EXPECT_DOUBLE_EQ(text.pose.position.z, 2 + 0.8 * kReach);
-  EXPECT_DOUBLE_EQ(text.scale.z, 0.11 * kReach);
+  EXPECT_DOUBLE_EQ(text.scale.z, 0.09 * kReach);
 }
 
 TEST(StateMarkers, KeepTheTextsWidth) {
@@ -335,6 +335,18 @@ TEST(StateMarkers, KeepTheTextsWidth) {
     EXPECT_EQ(first, later_first);
     EXPECT_NE(second, later_second);
     EXPECT_GE(first.size(), later_second.size());
+  }
+}
+
+TEST(StateMarkers, BreakALineThatIsWiderThanThePicture) {
+  for (const char* id : {"BipedalWalkerHardcore-v3", "Hopper-v5"}) {
+    World world(id);
+    world.status.episode = 1000;
+    world.status.seed = std::numeric_limits<std::uint64_t>::max();
+    world.status.end_reason = "terminated: arrived at the far end";
+    const MarkerArray array = world.state();
+    std::istringstream lines(find(array, "episode")->text);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 40U) << line;
   }
 }
 
