@@ -177,7 +177,12 @@ void Episode::push(const LinkWrench& wrench) {
   const auto place =
       std::lower_bound(wrenches.begin(), wrenches.end(), wrench,
                        [](const LinkWrench& a, const LinkWrench& b) { return a.link < b.link; });
-  if (place != wrenches.end() && place->link == wrench.link) {
+  const bool is_replaced = place != wrenches.end() && place->link == wrench.link;
+  if (wrench.force_x == 0 && wrench.force_z == 0 && wrench.torque_y == 0) {
+    if (is_replaced) wrenches.erase(place);
+    return;
+  }
+  if (is_replaced) {
     *place = wrench;
     return;
   }

@@ -133,8 +133,9 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void step(const double* action, std::size_t size);
   void step(const std::vector<double>& action) { step(action.data(), action.size()); }
 
-  /// Adds a wrench to the next step, or replaces that step's wrench on the same link. A reset, a
-  /// loaded state and a restored record drop it; saved states do not have it.
+  /// Adds a wrench to the next step, or replaces that step's wrench on the same link; a wrench of
+  /// zeros cancels it. A reset, a loaded state and a restored record drop it; saved states do not
+  /// have it.
   /// @throws ResetNeeded; std::invalid_argument naming the value that is wrong; std::logic_error if
   ///         the record has no room for another; then nothing has changed
   void push(const LinkWrench& wrench);

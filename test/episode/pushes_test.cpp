@@ -136,6 +136,22 @@ TEST_P(PushesTest, OnSeveralLinksAddUpAndALaterOneReplaces) {
   EXPECT_EQ(row_of(*walker), row_of(*other));
 }
 
+TEST_P(PushesTest, ZerosCancel) {
+  const auto walker = begun();
+  const auto other = begun();
+  const std::vector<double> action(walker->specification().action_size(), 0.1);
+  for (const LinkWrench& wrench :
+       {LinkWrench{0, 20, 10, 0}, LinkWrench{1, 20, 10, 0}, LinkWrench{0, 0, 0, 0}}) {
+    walker->push(wrench);
+  }
+  other->push({1, 20, 10, 0});
+  other->push({0, 0, 0, 0});  // nothing to cancel
+  for (Episode* each : {walker.get(), other.get()}) each->step(action);
+  EXPECT_EQ(row_of(*walker), row_of(*other));
+  EXPECT_EQ(walker->record().pushes.size(), 1U);
+  EXPECT_EQ(other->record().pushes.size(), 1U);
+}
+
 TEST_P(PushesTest, AResetDropsThem) {
   const auto walker = begun();
   const auto other = begun();
