@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <ros/single_subscriber_publisher.h>
+#include <ros/advertise_options.h>
 #include <boost/make_shared.hpp>
 
 #include "ros/records.h"
@@ -14,6 +14,9 @@ namespace {
 constexpr std::uint32_t kState = 1;      // only the newest state matters
 constexpr std::uint32_t kRecord = 1000;  // a recorder may get no processor for seconds
 constexpr bool kLatched = true;
+// A subscriber that connects during a step may receive that step as well, and transforms with equal
+// stamps make it warn: late subscribers are served only if no step is under way.
+constexpr std::chrono::milliseconds kQuiet{200};
 
 }  // namespace
 
@@ -22,14 +25,18 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
     : shown_(pool.episode(options.shown_environment)),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
-      joint_states_{node.advertise<sensor_msgs::JointState>("joint_states", kState), {}},
+      joint_states_{advertise_state<sensor_msgs::JointState>(node, "joint_states", kState,
+                                                             &Outputs::send_joint_states),
+                    {}},
       imu_{node.advertise<sensor_msgs::Imu>("imu", kState), {}},
       contacts_{node.advertise<walker_sim::Contacts>("contacts", kState), {}},
       odometry_{node.advertise<nav_msgs::Odometry>("odom", kState), {}},
       reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
       observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
       transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
-      transforms_{node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue), {}},
+      transforms_{advertise_state<tf2_msgs::TFMessage>(node, "/tf", kListenerQueue,
+                                                       &Outputs::send_transforms),
+                  {}},
       episode_publisher_(node.advertise<walker_sim::Episode>("episode", kRecord, kLatched)),
       record_publisher_(advertise_records(node)),
       spec_publisher_(node.advertise<walker_sim::EnvironmentSpec>("spec", kState, kLatched)),
@@ -40,6 +47,37 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
   if (shown_.specification().range_finder.num_rays != 0) {
     scan_.publisher = node.advertise<sensor_msgs::LaserScan>("scan", kState);
   }
+}
+
+template <typename Message>
+ros::Publisher Outputs::advertise_state(
+    ros::NodeHandle& node, const char* topic, std::uint32_t queue_size,
+    void (Outputs::*send)(const ros::SingleSubscriberPublisher&)) {
+  auto options = ros::AdvertiseOptions::create<Message>(
+      topic, queue_size, [this, send](const auto& subscriber) { (this->*send)(subscriber); },
+      ros::SubscriberStatusCallback(), ros::VoidConstPtr(), &late_subscribers_);
+  return node.advertise(options);
+}
+
+void Outputs::serve_late_subscribers() {
+  if (late_subscribers_.isEmpty()) return;
+  if (std::chrono::steady_clock::now() - published_at_ > kQuiet) late_subscribers_.callAvailable();
+}
+
+void Outputs::send_transforms(const ros::SingleSubscriberPublisher& subscriber) {
+  if (!has_state()) return;
+  const ros::Time stamp = stamps_[shown_.state().step % stamps_.size()];
+  to_message(shown_.specification(), shown_.sensors(), frames_, stamp, transforms_.message);
+  subscriber.publish(transforms_.message);
+}
+
+void Outputs::send_joint_states(const ros::SingleSubscriberPublisher& subscriber) {
+  if (!has_state()) return;
+  const Sensors& sensors = shown_.measurements();
+  const std::optional<ros::Time> stamp = measured_at();
+  if (!stamp) return;
+  to_message(shown_.specification(), sensors, *stamp, joint_states_.message);
+  subscriber.publish(joint_states_.message);
 }
 
 /// Counts the recorder's connections: it misses messages that are published before it connects.
@@ -104,6 +142,8 @@ void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& 
 
 void Outputs::publish_state(ros::Time stamp) {
   const EpisodeState& state = shown_.state();
+  late_subscribers_.clear();  // they receive what follows
+  published_at_ = std::chrono::steady_clock::now();
   if (state.error.empty()) {
     stamps_[state.step % stamps_.size()] = stamp;
     if (transforms_.is_heard()) {
@@ -134,14 +174,25 @@ void Outputs::publish_measurements() {
   if (!is_new || !is_heard) return;
   const Specification& specification = shown_.specification();
   const Sensors& sensors = shown_.measurements();
-  // Measurements from before the first subscriber are not known, and no stamps before a ~restore.
-  if (shown_.measured_step() != step || step < first_stamp_) return;
-  const ros::Time stamp = stamps_[step % stamps_.size()];
-  joint_states_.publish_if_heard(specification, sensors, stamp);
-  imu_.publish_if_heard(sensors, frames_, stamp);
-  contacts_.publish_if_heard(specification, sensors, frames_, stamp);
-  odometry_.publish_if_heard(sensors, frames_, stamp);
-  scan_.publish_if_heard(specification, sensors, frames_, stamp);
+  const std::optional<ros::Time> stamp = measured_at();
+  if (!stamp) return;
+  joint_states_.publish_if_heard(specification, sensors, *stamp);
+  imu_.publish_if_heard(sensors, frames_, *stamp);
+  contacts_.publish_if_heard(specification, sensors, frames_, *stamp);
+  odometry_.publish_if_heard(sensors, frames_, *stamp);
+  scan_.publish_if_heard(specification, sensors, frames_, *stamp);
+}
+
+bool Outputs::has_state() const {
+  return shown_.state().has_begun() && shown_.state().error.empty();
+}
+
+/// Returns the stamp of the present measurements. None: those from before the first subscriber are
+/// not known, and there are no stamps before a ~restore.
+std::optional<ros::Time> Outputs::measured_at() const {
+  const std::uint32_t step = shown_.observed_step();
+  if (shown_.measured_step() != step || step < first_stamp_) return std::nullopt;
+  return stamps_[step % stamps_.size()];
 }
 
 /// The message is shared, for which roscpp wakes no thread of its own unless there is a subscriber:

@@ -1,13 +1,16 @@
 // Outputs of a state: topics, markers, pictures, and the transition in a response.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <ros/callback_queue.h>
 #include <ros/node_handle.h>
 #include <ros/publisher.h>
+#include <ros/single_subscriber_publisher.h>
 #include <std_msgs/Float64.h>
 #include <std_msgs/Float64MultiArray.h>
 
@@ -39,6 +42,10 @@ class Outputs {
   /// Publishes the state after a step, and if the episode has ended, also the episode (latched) and
   /// its record.
   void publish_step(ros::Time stamp);
+
+  /// While nothing moves, publishes the present transforms and joint states to subscribers that
+  /// have connected since the last step. While steps follow each other, these are enough.
+  void serve_late_subscribers();
 
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
   /// runs or nobody subscribes to records.
@@ -73,8 +80,15 @@ class Outputs {
     Message message;
   };
 
+  template <typename Message>
+  ros::Publisher advertise_state(ros::NodeHandle& node, const char* topic, std::uint32_t queue_size,
+                                 void (Outputs::*send)(const ros::SingleSubscriberPublisher&));
+  void send_transforms(const ros::SingleSubscriberPublisher& subscriber);
+  void send_joint_states(const ros::SingleSubscriberPublisher& subscriber);
   void publish_state(ros::Time stamp);
   void publish_measurements();
+  bool has_state() const;
+  std::optional<ros::Time> measured_at() const;
   void publish_episode(ros::Time stamp);
   ros::Publisher advertise_records(ros::NodeHandle& node);
   void publish_record(ros::Time stamp);
@@ -87,6 +101,8 @@ class Outputs {
   std::vector<ros::Time> stamps_;  // ring by step: as many as the world's observation delay needs
   std::uint32_t first_stamp_ = 0;  // step of the first one; 0 unless the episode was restored
   std::optional<std::uint32_t> observed_step_;  // of the newest measurements; none: no state yet
+  ros::CallbackQueue late_subscribers_;         // connected since the last publication
+  std::chrono::steady_clock::time_point published_at_;
 
   Topic<sensor_msgs::JointState> joint_states_;
   Topic<sensor_msgs::LaserScan> scan_;

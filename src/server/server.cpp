@@ -210,6 +210,7 @@ void Server::run() {
   while (ros::ok()) {
     serve(drive_->until_due(Drive::Clock::now()));
     if (ros::ok()) drive_->step_if_due();
+    outputs_.serve_late_subscribers();
   }
 }
 

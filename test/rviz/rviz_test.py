@@ -155,7 +155,6 @@ def check_statuses(show, robot, folder):
     show.start(["rviz", "-d", os.fspath(copy), "__name:=second_rviz"])
 
     def all_are_fine():
-        show.reset(seed=0)  # a late subscriber has no transforms before the next state
         screen = show.screen.grab()
         if pixels_of(screen, STATUS_ERROR) or pixels_of(screen, STATUS_WARN):
             return False

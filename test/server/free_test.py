@@ -5,7 +5,17 @@ import struct
 import time
 
 from bare_ros import wait_for
-from server_harness import DT, Bytes, TransitionsTest, bits, memory, nanoseconds, same_experience
+from server_harness import (
+    DT,
+    STATE_TOPICS,
+    Bytes,
+    TransitionsTest,
+    bits,
+    first_stamp,
+    memory,
+    nanoseconds,
+    same_experience,
+)
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Episode
 
@@ -79,6 +89,24 @@ class FreeTest(TransitionsTest):
         )
         self.assertTrue(self.call("pause").success)
         self.assert_step_is_refused("reset")
+
+    def test_a_subscriber_that_connects_in_a_pause_gets_the_present_state_once(self):
+        self.serve(paused=True, seed="3")
+        self.ask("step", action=ZERO)
+        earlier = [self.record(topic, STATE_TOPICS[topic]) for topic in ("/tf", "/joint_states")]
+        for recorder in earlier:
+            recorder.wait()
+        late = [self.subscribe(topic, STATE_TOPICS[topic]) for topic in ("/tf", "/joint_states")]
+        stamp = nanoseconds(self.ask("snapshot").record.episode)
+        self.assertEqual([first_stamp(subscriber.next()) for subscriber in late], [stamp] * 2)
+        self.assert_nothing_moves()
+        for step in (1, 2):
+            self.ask("step", action=ZERO)
+            stamps = [first_stamp(subscriber.next()) for subscriber in late]
+            self.assertEqual(stamps, [stamp + step * DT] * 2)
+        for recorder in earlier:
+            stamps = [first_stamp(message) for message in recorder.wait_count(3)]
+            self.assertEqual(stamps, [stamp, stamp + DT, stamp + 2 * DT])
 
     def test_paused_server_moves_only_by_step(self):
         self.serve(real_time_factor=10.0)
