@@ -84,6 +84,28 @@ void check_environment(const Pool& pool, const std::string& field, std::uint32_t
                               "; must be below num_envs = " + std::to_string(num_envs));
 }
 
+walker_sim::GetWorlds::Response list_worlds(const ServerOptions& options,
+                                            const Specification& specification) {
+  walker_sim::GetWorlds::Response response;
+  to_message(options.world, response.launch);
+  for (const std::string& preset : world_presets()) {
+    try {
+      CheckedWorld::share(specification, load_world(preset));
+      response.presets.push_back(preset);
+      // NOLINTNEXTLINE(bugprone-empty-catch): it cannot be applied
+    } catch (const std::invalid_argument&) {
+    }
+  }
+  for (const WorldParameter& parameter : world_parameters(specification.id)) {
+    const auto& refused = specification.inapplicable_world_parameters;
+    const bool is_refused = std::any_of(refused.begin(), refused.end(), [&](const auto& each) {
+      return each.first == parameter.name;
+    });
+    if (!is_refused) response.parameters.push_back(parameter.name);
+  }
+  return response;
+}
+
 BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
                        EpisodeStatistics& episodes)
     : pool_(pool),

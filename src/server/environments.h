@@ -11,6 +11,7 @@
 #include "ros/throttle.h"
 #include "server/parameter_reader.h"
 #include "server/topics/statistics.h"
+#include "walker_sim/GetWorlds.h"
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/SetWorld.h"
 #include "walker_sim/StepBatch.h"
@@ -35,6 +36,10 @@ Episode& single_episode(Pool& pool, const char* service);
 
 /// @throws std::invalid_argument naming `field` if the index is out of range
 void check_environment(const Pool& pool, const std::string& field, std::uint32_t index);
+
+/// Returns the world of the start, and the presets and parameters that the environment can apply.
+walker_sim::GetWorlds::Response list_worlds(const ServerOptions& options,
+                                            const Specification& specification);
 
 /// Makes the calls and counts their outcomes. The pool writes rows directly into the response,
 /// whose vectors may keep their capacity. An engine failure ends its own environment's episode, as

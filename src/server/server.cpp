@@ -24,6 +24,7 @@
 #include "ros/throttle.h"
 #include "server/gazebo/physics_properties.h"
 #include "walker_sim/GetSpec.h"
+#include "walker_sim/GetWorlds.h"
 #include "walker_sim/Render.h"
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
@@ -277,6 +278,9 @@ void Server::advertise_services() {
       pool_.options().num_envs * pool_.specification().action_size() * sizeof(double));
   port_.advertise<walker_sim::GetSpec>(
       name("get_spec"), [this](auto&, auto& response) { response.spec = outputs_.spec(); });
+  port_.advertise<walker_sim::GetWorlds>(name("get_worlds"),
+                                         [worlds = list_worlds(options_, pool_.specification())](
+                                             auto&, auto& response) { response = worlds; });
   advertise<walker_sim::Snapshot>(port_, "snapshot", [this](auto&, auto& response) {
     response.record = simulation_.snapshot();
   });

@@ -30,8 +30,8 @@ ALL = {
     "get_physics_properties": GetPhysicsProperties,
     "set_physics_properties": SetPhysicsProperties,
 }
-EMPTY = ("get_spec", "snapshot", "pause", "unpause", "pause_physics", "unpause_physics")
-EMPTY += ("reset_simulation", "reset_world", "get_physics_properties")
+EMPTY = ("get_spec", "get_worlds", "snapshot", "pause", "unpause", "pause_physics")
+EMPTY += ("unpause_physics", "reset_simulation", "reset_world", "get_physics_properties")
 ACTION = [0.5, -0.25, 1.0, 0.125]
 NAN, INF = math.nan, math.inf
 MAX_UINT32 = 2**32 - 1

@@ -35,6 +35,7 @@ from visualization_msgs.msg import MarkerArray
 from walker_sim.msg import Contacts, Transition
 from walker_sim.srv import (
     GetSpec,
+    GetWorlds,
     Render,
     Reset,
     ResetBatch,
@@ -57,6 +58,7 @@ SERVICES = {
     "step_batch": StepBatch,
     "step_many": StepMany,
     "get_spec": GetSpec,
+    "get_worlds": GetWorlds,
     "render": Render,
     "snapshot": Snapshot,
     "restore": Restore,

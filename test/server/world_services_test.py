@@ -12,6 +12,7 @@ from server_harness import (
     random_actions,
     same_experience,
 )
+from walker_sim._core import world_presets
 from walker_sim.msg import (
     EnvironmentSpec,
     Episode,
@@ -94,6 +95,22 @@ class WorldServicesTest(ServerTest):
 
     def walk_rest(self, begin, end):
         return self.play(random_actions(4, end)[begin:])
+
+    def test_the_worlds_that_a_server_can_have(self):
+        no_floor = self.model_file(('name="floor"', 'name="floor" euler="0 2 0"'))
+        walker = {"env": "Walker2d-v5"}
+        for parameters in ({}, walker, {**walker, "xml_file": no_floor}):
+            with self.subTest(str(parameters)):
+                self.serve(mode="lockstep", world="{gravity: [-12, -8]}", **parameters)
+                self.reset(wanted=world("moon"))
+                worlds = self.call("get_worlds")
+                self.assertEqual(ranges_of(worlds.launch.parameters), {"gravity": (-12, -8)})
+                for preset in world_presets():
+                    is_taken = self.call("set_world", worlds=[world(preset)]).success
+                    self.assertEqual(preset in worlds.presets, is_taken, preset)
+                self.assertIn("gravity", worlds.parameters)
+                has_level = "xml_file" not in parameters
+                self.assertEqual("ground_roughness" in worlds.parameters, has_level)
 
     def test_free_running_server_keeps_its_world(self):
         self.serve(world="{gravity: [-12, -8]}", max_episode_steps=20, real_time_factor=0.0)
