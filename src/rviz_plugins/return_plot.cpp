@@ -71,7 +71,7 @@ void ReturnPlot::paintEvent(QPaintEvent* /*event*/) {
   painter.drawText(inner, Qt::AlignTop | Qt::AlignLeft,
                    "Return, up to " + QString::number(bounds.bottom(), 'f', 1));
   painter.drawText(inner, Qt::AlignBottom | Qt::AlignRight,
-                   QString::number(bounds.right()) + " steps");
+                   QString::number(bounds.right()) + (bounds.right() == 1 ? " step" : " steps"));
   if (bounds.top() < 0) {
     painter.drawText(inner, Qt::AlignBottom | Qt::AlignLeft,
                      "down to " + QString::number(bounds.top(), 'f', 1));

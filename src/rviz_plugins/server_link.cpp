@@ -185,10 +185,12 @@ void ServerLink::report(const std::string& answer, bool is_refused) {
 }
 
 void ServerLink::look_for_server() {
-  walker_sim::GetSpec service;
-  if (!call("get_spec", service)) return;
+  walker_sim::GetSpec spec;
+  walker_sim::GetWorlds worlds;
+  if (!call("get_spec", spec) || !call("get_worlds", worlds)) return;
   const std::lock_guard lock(mutex_);
-  view_.spec = service.response.spec;
+  view_.spec = spec.response.spec;
+  view_.worlds = worlds.response;
 }
 
 void ServerLink::reset(std::optional<std::uint64_t> seed, const walker_sim::World& world) {
@@ -198,6 +200,7 @@ void ServerLink::reset(std::optional<std::uint64_t> seed, const walker_sim::Worl
     service.request.seed = seed.value_or(0);
     service.request.world = world;
     call_and_report("reset", service, seed ? "reset with seed " + std::to_string(*seed) : "reset");
+    look_for_server();  // which has this world now
   });
 }
 

@@ -18,6 +18,7 @@
 
 #include "rviz_plugins/return_curve.h"
 #include "walker_sim/EnvironmentSpec.h"
+#include "walker_sim/GetWorlds.h"
 #include "walker_sim/Transition.h"
 #include "walker_sim/World.h"
 
@@ -27,6 +28,7 @@ namespace walker {
 struct ServerView {
   std::string trouble = "looks for the server";  ///< why it cannot be called; empty: it can
   walker_sim::EnvironmentSpec spec;              ///< of the last server; `id` is empty before
+  walker_sim::GetWorlds::Response worlds;        ///< likewise
   bool is_paused = false;
   std::optional<double> wanted_factor;  ///< of real time; none: another node sets the pace
   double factor = 0;                    ///< as measured

@@ -122,7 +122,9 @@ void WalkerPanel::describe_widgets() {
   factor_->setSingleStep(0.25);
   factor_->setValue(1);
   factor_->setKeyboardTracking(false);
-  factor_->setToolTip("Simulation time over wall time; 0: as fast as it goes");
+  factor_->setToolTip(
+      "Simulation time over wall time; 0: as fast as it goes; -: the callers of ~step or another "
+      "node's /clock set the pace");
   measured_->setToolTip("As measured since the last report");
 }
 
@@ -158,7 +160,7 @@ void WalkerPanel::reset() {
 void WalkerPanel::refresh() {
   const ServerView view = link_.view();
   show_state(view);
-  world_->set_environment(view.spec.id);
+  world_->show_server(view.spec.id, view.worlds, view.spec.world);
   plot_->show_curves(view.present, view.previous);
   if (view.num_answers == num_answers_) return;
   num_answers_ = view.num_answers;
@@ -170,7 +172,9 @@ void WalkerPanel::show_state(const ServerView& view) {
   for (QWidget* widget : std::initializer_list<QWidget*>{seed_, reset_, pause_, step_, world_}) {
     widget->setEnabled(is_there);
   }
-  factor_->setEnabled(is_there && view.wanted_factor);
+  const bool sets_pace = view.wanted_factor.has_value();
+  factor_->setEnabled(is_there && sets_pace);
+  factor_->setSpecialValueText(sets_pace ? "unlimited" : "-");
   if (!is_there) {
     show_line(state_, QString::fromStdString(view.trouble), "#b02020");
     measured_->clear();
@@ -183,9 +187,9 @@ void WalkerPanel::show_state(const ServerView& view) {
   show_line(state_, QString::fromStdString(view.spec.id + ", " + (is_paused_ ? "paused" : mode)),
             "#206020");
   measured_->setText(QString::number(view.factor, 'f', 2));
-  if (!view.wanted_factor || factor_->hasFocus()) return;
+  if (sets_pace && factor_->hasFocus()) return;
   const QSignalBlocker blocker(factor_);
-  factor_->setValue(*view.wanted_factor);
+  factor_->setValue(view.wanted_factor.value_or(0));
 }
 
 void WalkerPanel::load(const rviz::Config& config) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
+#include <utility>
 
 #include <QSignalBlocker>
 #include <QVBoxLayout>
@@ -27,64 +27,121 @@ QString text_of(const WorldRange& range, const std::string& unit) {
   return unit.empty() ? text : text + " " + QString::fromStdString(unit);
 }
 
-bool is_applicable(const std::string& id, const std::string& preset) {
-  try {
-    check_world(id, load_world(preset));
-    return true;
-  } catch (const std::exception&) {
-    return false;
-  }
+World to_world(const std::vector<walker_sim::WorldParameter>& parameters) {
+  World world;
+  for (const auto& [name, low, high] : parameters) world[name] = {low, high};
+  return world;
+}
+
+bool has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Whether `world` has all parameters of `base`.
+bool extends(const World& world, const World& base) {
+  return std::all_of(base.begin(), base.end(),
+                     [&](const auto& each) { return world.count(each.first) != 0; });
 }
 
 }  // namespace
 
 WorldEditor::WorldEditor(QWidget* parent)
-    : QWidget(parent), preset_(new QComboBox), grid_(new QGridLayout), more_(new QComboBox) {
+    : QWidget(parent),
+      preset_(new QComboBox),
+      until_then_(new QLabel),
+      grid_(new QGridLayout),
+      more_(new QComboBox) {
   auto* const column = new QVBoxLayout(this);
   column->setContentsMargins(0, 0, 0, 0);
   column->addWidget(preset_);
   column->addLayout(grid_);
   column->addWidget(more_);
+  column->addWidget(until_then_);
   grid_->setColumnStretch(1, 1);
   preset_->setToolTip("World of the next reset and of those after it");
+  until_then_->setWordWrap(true);
   more_->setToolTip("Adds a parameter to the world");
   QObject::connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this,
                    [this](int) { choose_preset(); });
   QObject::connect(more_, QOverload<int>::of(&QComboBox::activated), this,
                    [this](int index) { add_parameter(index); });
-  set_environment("");
+  offer_presets();
+  show_present();
 }
 
-void WorldEditor::set_environment(const std::string& id) {
-  if (id == id_ && preset_->count() != 0) return;
-  id_ = id;
-  parameters_.clear();
+void WorldEditor::show_server(const std::string& id, const walker_sim::GetWorlds::Response& worlds,
+                              const walker_sim::World& present) {
+  const World held = to_world(present.parameters);
+  const bool is_other = id != id_ || worlds != worlds_;
+  const bool shows_present = chosen() == present_;
+  if (is_other) {
+    id_ = id;
+    worlds_ = worlds;
+    launch_ = to_world(worlds.launch.parameters);
+    parameters_.clear();
+    if (!id.empty()) parameters_ = world_parameters(id);
+    parameters_.erase(
+        std::remove_if(parameters_.begin(), parameters_.end(),
+                       [&](const auto& each) { return !has(worlds.parameters, each.name); }),
+        parameters_.end());
+    offer_presets();
+  }
+  if (is_other || held != present_) {
+    present_ = held;
+    if (is_other || shows_present) show_present();
+  }
+  show_difference();
+}
+
+void WorldEditor::offer_presets() {
   const QSignalBlocker blocker(preset_);
   preset_->clear();
   preset_->addItem("The server's own world");
-  if (!id.empty()) {
-    parameters_ = world_parameters(id);
-    for (const std::string& preset : world_presets()) {
-      if (is_applicable(id, preset)) preset_->addItem(QString::fromStdString(preset));
-    }
+  for (const std::string& name : world_presets()) {
+    if (has(worlds_.presets, name)) preset_->addItem(QString::fromStdString(name));
   }
-  choose_preset();
+}
+
+/// Returns the world of the combo box's item.
+World WorldEditor::preset(int index) const {
+  return index <= 0 ? launch_ : load_world(preset_->itemText(index).toStdString());
+}
+
+/// Chooses the world of the launch or the preset that the server has, or the one that it extends.
+void WorldEditor::show_present() {
+  int index = 0;
+  while (index < preset_->count() && preset(index) != present_) ++index;
+  if (index == preset_->count()) {
+    // Any world extends Gymnasium's.
+    index = extends(present_, launch_) ? 0 : preset_->findText(kGymnasiumsWorld);
+  }
+  const QSignalBlocker blocker(preset_);
+  preset_->setCurrentIndex(index);
+  show_rows(present_);
+}
+
+void WorldEditor::choose_preset() { show_rows(preset(preset_->currentIndex())); }
+
+void WorldEditor::show_rows(const World& world) {
+  remove_rows();
+  for (const auto& [name, range] : world) {
+    if (const WorldParameter* const parameter = find(name)) add_row(*parameter, range);
+  }
+  offer_parameters();
+}
+
+/// Says which world the server has as long as another one is chosen.
+void WorldEditor::show_difference() {
+  until_then_->setVisible(chosen() != present_);
+  until_then_->setText("Until then: " + (present_.empty()
+                                             ? QString("Gymnasium's world")
+                                             : QString::fromStdString(to_string(present_))));
 }
 
 const WorldParameter* WorldEditor::find(const std::string& name) const {
   const auto found = std::find_if(parameters_.begin(), parameters_.end(),
                                   [&](const WorldParameter& each) { return each.name == name; });
   return found == parameters_.end() ? nullptr : &*found;
-}
-
-void WorldEditor::choose_preset() {
-  remove_rows();
-  if (preset_->currentIndex() > 0) {
-    for (const auto& [name, range] : load_world(preset_->currentText().toStdString())) {
-      if (const WorldParameter* const parameter = find(name)) add_row(*parameter, range, false);
-    }
-  }
-  offer_parameters();
 }
 
 void WorldEditor::remove_rows() {
@@ -111,18 +168,17 @@ void WorldEditor::add_parameter(int index) {
   if (parameter == nullptr) return;
   const double absent = std::clamp(0.0, parameter->minimum, parameter->maximum);
   const double first = std::isnan(parameter->default_value) ? absent : parameter->default_value;
-  add_row(*parameter, {first, first}, true);
+  add_row(*parameter, {first, first});
   offer_parameters();
 }
 
-void WorldEditor::add_row(const WorldParameter& parameter, const WorldRange& range, bool is_own) {
+void WorldEditor::add_row(const WorldParameter& parameter, const WorldRange& range) {
   const auto [low, high] = ends_of(parameter, range);
   Row& row = rows_[parameter.name];
   row = {parameter,
          range,
          low,
          high,
-         is_own,
          new QLabel(QString::fromStdString(parameter.name)),
          new QSlider(Qt::Horizontal),
          new QLabel(text_of(range, parameter.unit))};
@@ -146,19 +202,23 @@ void WorldEditor::set_number(Row& row, int position) {
   double number = row.low + (row.high - row.low) * position / kPositions;
   if (row.parameter.is_whole) number = std::round(number);
   row.range = {number, number};
-  row.is_own = true;
   row.value->setText(text_of(row.range, row.parameter.unit));
+}
+
+World WorldEditor::chosen() const {
+  World world;
+  for (const auto& [name, row] : rows_) world[name] = row.range;
+  return world;
 }
 
 walker_sim::World WorldEditor::world() const {
   walker_sim::World world;
-  if (preset_->currentIndex() > 0) world.preset = preset_->currentText().toStdString();
-  for (const auto& [name, row] : rows_) {
-    if (!row.is_own) continue;
+  world.preset = kGymnasiumsWorld;
+  for (const auto& [name, range] : chosen()) {
     walker_sim::WorldParameter& parameter = world.parameters.emplace_back();
     parameter.name = name;
-    parameter.low = row.range.low;
-    parameter.high = row.range.high;
+    parameter.low = range.low;
+    parameter.high = range.high;
   }
   return world;
 }
