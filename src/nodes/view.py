@@ -13,6 +13,8 @@ import sys
 import rospkg
 import yaml
 
+PREFIXED = ("rviz/RobotModel", "walker_sim/Push")  # classes with a property TF Prefix
+
 
 def put_prefix(configuration, prefix):
     """Add the prefix to all frames of the configuration, a tree of dictionaries, and return it."""
@@ -22,9 +24,9 @@ def put_prefix(configuration, prefix):
         prefix + "/" + manager["Global Options"]["Fixed Frame"]
     )
     view["Target Frame"] = prefix + "/" + view["Target Frame"]
-    for display in manager["Displays"]:
-        if display["Class"] == "rviz/RobotModel":
-            display["TF Prefix"] = prefix
+    for part in manager["Displays"] + manager["Tools"]:
+        if part["Class"] in PREFIXED:
+            part["TF Prefix"] = prefix
     return configuration
 
 

@@ -54,7 +54,7 @@ void PushTool::onInitialize() {
 
 /// Publishes once for each of the server's steps, which need not be as many as rviz's pictures.
 void PushTool::activate() {
-  setStatus("Drag a link to push it. Elsewhere a drag moves the camera.");
+  show_status("Drag a link to push it. Elsewhere a drag moves the camera.");
   {
     const std::lock_guard lock(mutex_);
     publisher_ = node_.advertise<geometry_msgs::WrenchStamped>(topic_->getStdString(), 10);
@@ -86,6 +86,7 @@ int PushTool::processMouseEvent(rviz::ViewportMouseEvent& event) {
     if (event.panel->getViewController() != nullptr) {
       event.panel->getViewController()->handleMouseEvent(event);
     }
+    setStatus(status_);  // the view controller has set its own
     return 0;
   }
   if (event.leftUp()) {
@@ -132,6 +133,7 @@ std::optional<PushTool::Grip> PushTool::grip_at(rviz::ViewportMouseEvent& event)
   const std::string link = find_link(event);
   if (link.empty() ||
       !context_->getSelectionManager()->get3DPoint(event.viewport, event.x, event.y, clicked)) {
+    show_status("No link under the mouse: the drag moves the camera.");
     return std::nullopt;
   }
   Eigen::Vector3d point = to_eigen(clicked);
@@ -139,7 +141,9 @@ std::optional<PushTool::Grip> PushTool::grip_at(rviz::ViewportMouseEvent& event)
   Grip grip{prefix.empty() ? link : prefix + "/" + link, {}, point.y()};
   const std::optional<Eigen::Isometry3d> pose = pose_of(grip.frame);
   if (!pose) {
-    setStatus(QString::fromStdString("No transform of " + grip.frame));
+    show_status(QString::fromStdString("No transform of " + grip.frame +
+                                       " (TF Prefix in Tool Properties): the drag moves the "
+                                       "camera."));
     return std::nullopt;
   }
   point.y() = pose->translation().y();
@@ -196,20 +200,34 @@ void PushTool::pull() {
     arrow_->setPosition(to_ogre(held));
     arrow_->setDirection(to_ogre(drag));
   }
-  setStatus(QString::fromStdString("Pushing " + grip_->frame) +
-            QString(" with %1 N").arg(force.norm(), 0, 'f', 0));
+  if (publisher_.getNumSubscribers() == 0) {
+    show_status(QString::fromStdString("No server subscribes to " + publisher_.getTopic()));
+  } else {
+    show_status(QString::fromStdString("Pushing " + grip_->frame) +
+                QString(" with %1 N").arg(force.norm(), 0, 'f', 0));
+  }
 }
 
+/// Cancels a push that has not acted: a paused server would apply it in its next step.
 void PushTool::release() {
   grip_.reset();
   arrow_->getSceneNode()->setVisible(false);
   const std::lock_guard lock(mutex_);
+  if (!wrench_) return;
+  wrench_->wrench = {};
+  publisher_.publish(*wrench_);
   wrench_.reset();
 }
 
 void PushTool::publish() {
   const std::lock_guard lock(mutex_);
   if (wrench_) publisher_.publish(*wrench_);
+}
+
+/// Shows the text until the next one, also beside the view controller's texts.
+void PushTool::show_status(const QString& text) {
+  status_ = text;
+  setStatus(text);
 }
 
 }  // namespace walker

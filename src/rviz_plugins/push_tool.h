@@ -15,6 +15,7 @@
 #include <rviz/properties/string_property.h>
 #include <rviz/tool.h>
 #include <Eigen/Geometry>
+#include <QString>
 
 namespace walker {
 
@@ -46,6 +47,7 @@ class PushTool : public rviz::Tool {
   void pull();
   void release();
   void publish();
+  void show_status(const QString& text);
 
   rviz::StringProperty* topic_;
   rviz::StringProperty* prefix_;
@@ -53,6 +55,7 @@ class PushTool : public rviz::Tool {
   std::unique_ptr<rviz::Arrow> arrow_;
   std::optional<Grip> grip_;
   Eigen::Vector3d goal_;  // the mouse, in the fixed frame
+  QString status_;
   ros::NodeHandle node_;
   ros::Subscriber steps_;
 

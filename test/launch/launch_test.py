@@ -379,8 +379,9 @@ class ViewTest(unittest.TestCase):
             manager = view.put_prefix(configuration, "second")["Visualization Manager"]
             self.assertEqual(manager["Global Options"]["Fixed Frame"], "second/odom")
             self.assertEqual(manager["Views"]["Current"]["Target Frame"], "second/" + followed)
-            prefixes = [d["TF Prefix"] for d in manager["Displays"] if "TF Prefix" in d]
-            self.assertEqual(prefixes, ["second"])
+            parts = manager["Displays"] + manager["Tools"]
+            prefixes = {d["Class"]: d["TF Prefix"] for d in parts if "TF Prefix" in d}
+            self.assertEqual(prefixes, {"rviz/RobotModel": "second", "walker_sim/Push": "second"})
 
     def test_topics_are_relative(self):
         for configuration, _, expected in self.each():

@@ -42,7 +42,6 @@ CRASH_OF_RVIZ = re.compile(
     r"|^malloc\(\): .*\n.*\[rviz-\d+\] process has died \[pid \d+, exit code -6,",
     re.MULTILINE,
 )
-RVIZ_TOPICS = ("/tf", "/tf_static", "/scene_markers", "/state_markers")
 
 
 class Screen:
@@ -155,20 +154,26 @@ class Stage:
         self._folder.cleanup()
 
     @contextlib.contextmanager
-    def show(self, env, agent="shipped", mode="lockstep"):
-        """Runs walker.launch with rviz within the context. `walk` takes actions of `agent`:
-        shipped or robust, which are networks, or heuristic, the shipped gait."""
+    def show(self, env, agent="shipped", mode="lockstep", ns="", arguments=()):
+        """Runs walker.launch with rviz and these further arguments within the context, in the
+        namespace `ns`. `walk` takes actions of `agent`: shipped or robust, which are networks, or
+        heuristic, the shipped gait."""
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
         with Processes() as processes:
             log = pathlib.Path(self._folder.name, "roslaunch.log")
-            yield Show(self, processes, env, agent, log, mode)
+            if ns:
+                arguments = [f"ns:={ns}", "publish_clock:=true", *arguments]
+            arguments = [f"mode:={mode}", *arguments]
+            yield Show(self, processes, env, agent, log, f"/{ns}" if ns else "", arguments)
 
     def _take_transforms(self, message, topic):
+        """Stores the transforms by their frames' names without a prefix."""
         with self._changed:
             for transform in message.transforms:
-                self._transforms[topic][transform.child_frame_id] = transform
+                transform.header.frame_id = transform.header.frame_id.rpartition("/")[2]
+                self._transforms[topic][transform.child_frame_id.rpartition("/")[2]] = transform
             self._changed.notify_all()
 
     def transforms(self):
@@ -181,9 +186,12 @@ class NodeHasEnded(AssertionError):
 
 
 class Show:
-    def __init__(self, stage, processes, env, agent, log, mode):
+    """`space` is the namespace with a leading slash, or empty."""
+
+    def __init__(self, stage, processes, env, agent, log, space, arguments):
         self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
-        arguments = [f"env:={env}", f"mode:={mode}", "rviz:=true", "status:=false"]
+        self.space = space
+        arguments = [f"env:={env}", "rviz:=true", "status:=false", *arguments]
         for left in reversed(range(MAX_STARTS)):
             log.write_bytes(b"")
             self._launch = self.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
@@ -197,16 +205,21 @@ class Show:
                 print(f"rviz has ended at its start, and is started again:\n{self.log()}")
                 processes.close()
         self._agent, self._env = agent, env
-        spec = rospy.ServiceProxy("/walker_sim/get_spec", GetSpec)().spec
-        self._action = np.empty(spec.action_size)
-        self._reset = rospy.ServiceProxy("/walker_sim/reset", Reset, persistent=True)
-        self._step = rospy.ServiceProxy("/walker_sim/step", Step, persistent=True)
+        self.spec = self.service("get_spec", GetSpec)().spec
+        self._action = np.empty(self.spec.action_size)
+        self._reset = self.service("reset", Reset)
+        self._step = self.service("step", Step)
+
+    def service(self, name, kind):
+        return rospy.ServiceProxy(f"{self.space}/walker_sim/{name}", kind, persistent=True)
 
     def _all_are_connected(self):
         """Whether rviz and this process receive everything that is published from now on."""
         publishers, subscribers, _ = rospy.get_master().getSystemState()[2]
-        hearers = {topic: nodes for topic, nodes in subscribers if topic in RVIZ_TOPICS}
-        if any("/rviz" not in hearers.get(topic, ()) for topic in RVIZ_TOPICS):
+        of_walker = (f"{self.space}/scene_markers", f"{self.space}/state_markers")
+        topics = ("/tf", "/tf_static", *of_walker)
+        hearers = {topic: nodes for topic, nodes in subscribers if topic in topics}
+        if any(f"{self.space}/rviz" not in hearers.get(topic, ()) for topic in topics):
             return False
         for topic, nodes in publishers:
             for node in nodes:
