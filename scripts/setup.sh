@@ -112,12 +112,25 @@ missing_packages() {
       awk 'substr($1, 2) == "i" { print $2 }' | sort -u)
 }
 
-# Debian 11's security archive lists packages that it no longer has. If one is missing, installs the
-# release's own.
+# once_unlocked CMD...: runs CMD as root. While another process has a lock that CMD needs, repeats it
+# for at most five minutes: dpkg waits for no lock, and apt-get only for dpkg's, not for that of its lists.
+once_unlocked() {
+  local output=$logs/once_unlocked.log deadline=$((SECONDS + 300)) is_said=''
+  until as_root env LC_ALL=C DEBIAN_FRONTEND=noninteractive "$@" 2>&1 3>&- | tee "$output"; do
+    grep -qE 'Could not get lock|locked by another process' "$output" && [ "$SECONDS" -lt $deadline ] ||
+      return
+    [ -n "$is_said" ] || say "packages: waiting for another process that installs packages" 2>&3
+    is_said=yes
+    sleep 1
+  done
+}
+
+# Installs packages. Descriptor 3: where to say that it waits. Debian 11's security archive lists
+# packages that it no longer has. If one is missing, installs the release's own.
 install_packages() {
-  local install=(as_root env DEBIAN_FRONTEND=noninteractive apt-get -q -y --no-install-recommends
-    -o Acquire::Retries=3 -o DPkg::Lock::Timeout=300 install)
-  as_root dpkg --configure -a && as_root apt-get -q -o Acquire::Retries=3 update || return
+  local apt=(once_unlocked apt-get -q -o Acquire::Retries=3)
+  local install=("${apt[@]}" -y --no-install-recommends install)
+  once_unlocked dpkg --configure -a && "${apt[@]}" update || return
   "${install[@]}" "$@" || { [ -n "$release_alone" ] && "${install[@]}" -t "$release_alone" "$@"; }
 }
 
@@ -129,7 +142,7 @@ set_up_packages() {
     die "not root and no sudo, so these packages cannot be installed: ${missing[*]}"
   fi
   say "packages: installing ${#missing[@]} of ${#wanted[@]} and what they need"
-  quiet packages install_packages "${missing[@]}" 8>&- 9>&- # daemons must not inherit the locks
+  quiet packages install_packages "${missing[@]}" 3>&2 8>&- 9>&- # daemons must not inherit the locks
 }
 
 # make_venv DIR REQUIREMENTS PYTHON OPTION...

@@ -31,10 +31,10 @@ within() {
 def set_up(tmp_path):
     """Sets up with the stubs. Returns the status and the sorted lines on stderr."""
 
-    def run(**variables):
+    def run(stubs=STUBS, **variables):
         check = "[1/1] cd x && /usr/bin/python3 /usr/lib/genmsg/genmsg_check_deps.py\n"
         ended = subprocess.run(
-            ["bash", "-c", STUBS + "locked set_up_all"],
+            ["bash", "-c", stubs + "locked set_up_all"],
             env={**os.environ, "ROOT": ROOT, "FOLDER": tmp_path, "NINJA": check, **variables},
             stdin=subprocess.DEVNULL,
             capture_output=True,
@@ -75,3 +75,43 @@ def test_a_build_that_fails_shows_why(set_up):
     assert status == 3, lines
     assert "  | FAILED: walker" in lines
     assert any("failed with status 3" in line for line in lines), lines
+
+
+# Each package tool fails while a file of its name is there, as if it needed a lock. `sleep` unlocks.
+LOCKED_TOOLS = STUBS.replace("install_packages() { :; }", "") + """
+as_root() {
+  shift 3
+  local tool=$1
+  case "$*" in *' update') tool=lists ;; esac
+  if [ -e "$FOLDER/$tool" ]; then cat "$FOLDER/$tool"; echo; return 2; fi
+  echo "$*" >>"$FOLDER/done"
+}
+sleep() { rm "$FOLDER"/{dpkg,lists,apt-get} 2>/dev/null || :; }
+"""
+
+
+@pytest.mark.parametrize(
+    ("tool", "error"),
+    [
+        ("dpkg", "dpkg: error: dpkg frontend lock was locked by another process with pid 7"),
+        ("lists", "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 7 (apt)"),
+        ("apt-get", "E: Could not get lock /var/lib/dpkg/lock-frontend. It is held by process 7"),
+    ],
+)
+def test_waits_for_another_process_that_installs_packages(set_up, tmp_path, tool, error):
+    (tmp_path / tool).write_text(error)
+    status, lines = set_up(stubs=LOCKED_TOOLS, MISSING="one\ntwo\n")
+    assert status == 0, lines
+    assert "packages: waiting for another process that installs packages" in lines
+    configure, update, install = (tmp_path / "done").read_text().splitlines()
+    assert configure == "dpkg --configure -a"
+    assert update.endswith(" update")
+    assert install.endswith(" install one two")
+
+
+def test_does_not_repeat_what_fails_without_a_lock(set_up, tmp_path):
+    (tmp_path / "lists").write_text("E: Failed to fetch http://block.example/locked")
+    status, lines = set_up(stubs=LOCKED_TOOLS, MISSING="one\n")
+    assert status != 0
+    assert "  | E: Failed to fetch http://block.example/locked" in lines
+    assert (tmp_path / "done").read_text() == "dpkg --configure -a\n"
