@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from walker_sim.commands.episodes import Episode
-from walker_sim.commands.results import bootstrap_interval, histogram, report, summarise
+from walker_sim.commands.results import bootstrap_interval, histogram, report, summarise, write_plot
 
 
 def episodes_of(returns, ends=None):
@@ -66,3 +66,20 @@ def test_histogram_counts_every_return_once():
     assert lines[0].split() == ["0.0", "to", "1.0", "30", "█" * 40]
     assert lines[-1].split() == ["11.0", "to", "12.0", "15", "█" * 20]
     assert sum(int(line.split()[3]) for line in lines) == 45
+
+
+@pytest.mark.parametrize("spread", [1e-3, 1e-6, 2e-7])
+def test_histogram_of_nearly_equal_returns_has_distinct_bins(spread):
+    lines = histogram([-115.0, -115.0 - spread])
+    edges = [line.split()[0] for line in lines]
+    assert len(set(edges)) == len(edges) == 12
+    assert sum(int(line.split()[3]) for line in lines) == 2
+
+
+@pytest.mark.parametrize("returns", [[-115.0, np.nextafter(-115, 0)], [0.0, 1e-300]])
+def test_histogram_of_returns_that_no_bins_divide_is_empty(returns, tmp_path):
+    assert histogram(returns) == []
+    pytest.importorskip("matplotlib")
+    episodes = episodes_of(returns)
+    write_plot(tmp_path / "plot.png", "nearly equal", episodes, summarise(episodes, None), None)
+    assert (tmp_path / "plot.png").stat().st_size

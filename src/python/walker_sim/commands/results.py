@@ -7,6 +7,7 @@ import dataclasses
 import importlib
 import io
 import json
+import math
 from collections import Counter
 from pathlib import Path
 from typing import Any, Callable, Iterable, NamedTuple, Sequence, TextIO
@@ -114,16 +115,22 @@ def report(summary: Summary, threshold: float | None) -> list[str]:
     return [*lines, f"  ends                 {shares}"]
 
 
+def are_equal(returns: Sequence[float]) -> bool:
+    """Returns whether all are equal to nine digits. NumPy raises ValueError for too narrow bins."""
+    return math.isclose(min(returns), max(returns), rel_tol=1e-9, abs_tol=1e-9)
+
+
 def histogram(returns: Sequence[float]) -> list[str]:
-    """Returns a histogram of the returns, one bar per line; empty if all are equal."""
-    if min(returns) == max(returns):
+    """Returns a histogram of the returns, one bar per line; empty if all are equal to nine digits."""
+    if are_equal(returns):
         return []
     counts, edges = np.histogram(returns, BINS)
+    digits = max(1, math.ceil(-math.log10(edges[1] - edges[0])))  # with which the edges differ
     lines = []
     for count, low, high in zip(counts.tolist(), edges, edges[1:]):
         eighths = round(8 * BAR * count / counts.max())
         bar = "█" * (eighths // 8) + " ▏▎▍▌▋▊▉"[eighths % 8].strip()
-        lines.append(f"  {low:>9,.1f} to {high:>9,.1f} {count:>6}  {bar}".rstrip())
+        lines.append(f"  {low:>9,.{digits}f} to {high:>9,.{digits}f} {count:>6}  {bar}".rstrip())
     return lines
 
 
@@ -259,7 +266,8 @@ def write_plot(
     by_seed.xaxis.set_major_formatter(lambda position, _: seeds.get(round(position), ""))
     by_seed.xaxis.get_major_locator().set_params(integer=True)
 
-    bins = np.histogram_bin_edges(returns, min(40, max(20, len(returns) // 4)))
+    spanned = returns[:1] if are_equal(returns.tolist()) else returns
+    bins = np.histogram_bin_edges(spanned, min(40, max(20, len(returns) // 4)))
     spread.hist(
         [returns[chosen[end]] for end in kinds],
         bins,
