@@ -13,6 +13,9 @@ RUN --mount=type=bind,from=build,source=/walker_sim/build/debian,target=/package
     && rm -rf /var/lib/apt/lists/* \
     && useradd --create-home walker
 USER walker
+WORKDIR /home/walker
 # Nodes tell each other this address: by default the container's own.
 ENTRYPOINT ["/bin/sh", "-c", "export ROS_IP=\"${ROS_IP:-$(hostname -I | cut -d' ' -f1)}\"; exec \"$@\"", "walker_sim"]
+# Whether the server answers. Podman and Buildah keep it with --format docker.
+HEALTHCHECK --start-period=30s --timeout=15s CMD ["rosservice", "call", "/walker_sim/get_loggers"]
 CMD ["roslaunch", "walker_sim", "walker.launch"]
