@@ -14,8 +14,8 @@ import walker_sim
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-COMMAND = "pip install '.[box2d]'"
-SENTENCE = f"(`./scripts/env python compare.py`, or `python compare.py` after `{COMMAND}`)"
+COMMAND = "pip install 'walker_sim[box2d]'"
+SENTENCE = f"or after `pip install .` and `{COMMAND}`, `python compare.py`)"
 
 
 def block(language, words):
