@@ -9,7 +9,7 @@ walker_sim_add_unit_tests(server
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
 
 foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test
-    scripts/dev/check_release_test scripts/dev/lock_test scripts/dev/make_meshes_test scripts/setup_test)
+    scripts/dev/check_release_test scripts/dev/debian_test scripts/dev/lock_test scripts/dev/make_meshes_test scripts/setup_test)
   string(REPLACE "/" "_" name ${path})
   catkin_run_tests_target(pytest ${name} pytest-${name}.xml DEPENDENCIES walker_sim_nodes
     COMMAND "${PYTHON_EXECUTABLE} -m pytest -q -p no:cacheprovider --junit-xml=${test_results}/pytest-${name}.xml ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.py")
