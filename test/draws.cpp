@@ -3,9 +3,17 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <memory>
+#include <string>
+#include <vector>
+
 #include "base/random.h"
+#include "episode/effects.h"
 #include "robots/bipedal_walker/terrain_numbers.h"
+#include "robots/mujoco/course.h"
+#include "walker_sim/environment.h"
 #include "walker_sim/export.h"
+#include "walker_sim/registry.h"
 
 namespace {
 
@@ -20,6 +28,31 @@ double draw_one(walker::Generator& generator, const Draw& draw) {
   if (draw.kind == 1) return generator.uniform(draw.low, draw.high);
   return static_cast<double>(generator.integers(static_cast<std::int64_t>(draw.low),
                                                 static_cast<std::int64_t>(draw.high)));
+}
+
+/// What an episode draws in a world before its reset.
+struct Drawn {
+  Drawn(const std::string& id, const std::string& world, std::uint64_t seed)
+      : environment(walker::make(id)), generator(seed) {
+    const walker::CheckedWorld checked(environment->specification(),
+                                       walker::parse_world(world, "of the test"));
+    values = checked.draw(generator.state());
+  }
+
+  std::unique_ptr<walker::Environment> environment;
+  walker::Generator generator;
+  walker::WorldValues values;
+};
+
+walker::Terrain draw_level(const std::string& id, const std::string& world, std::uint64_t seed) {
+  Drawn drawn(id, world, seed);
+  if (id.rfind("Bipedal", 0) == 0) {
+    return walker::bipedal_walker::generate_terrain(
+        drawn.generator, id == "BipedalWalkerHardcore-v3",
+        walker::bipedal_walker::settings_of(drawn.values).level);
+  }
+  return walker::generate_terrain(drawn.generator, walker::mujoco::kCourseSize, false,
+                                  walker::mujoco::level_of(drawn.values).value());
 }
 
 }  // namespace
@@ -43,5 +76,41 @@ WALKER_SIM_EXPORT std::size_t walker_sim_test_terrain(bool hardcore, std::uint64
   const std::vector<double> drawn = walker::bipedal_walker::terrain_numbers(hardcore, seed);
   std::copy(drawn.begin(), drawn.end(), numbers);
   return drawn.size();
+}
+
+/// Draws the level of an episode in a world, a text as for `parse_world`.
+/// @param numbers has room for 50000 numbers: ground points, then four corners of each box
+/// @return the number of ground points; `count` receives that of all numbers
+WALKER_SIM_EXPORT std::size_t walker_sim_test_level(const char* id, const char* world,
+                                                    std::uint64_t seed, double* numbers,
+                                                    std::size_t* count) {
+  const walker::Terrain terrain = draw_level(id, world, seed);
+  double* next = numbers;
+  const auto add = [&next](const auto& points) {
+    for (const walker::Point& point : points) {
+      *next++ = point.x;
+      *next++ = point.y;
+    }
+  };
+  add(terrain.ground);
+  for (const auto& obstacle : terrain.obstacles) add(obstacle);
+  *count = static_cast<std::size_t>(next - numbers);
+  return terrain.ground.size();
+}
+
+/// Writes push along x and z and action of each step of an episode, to which zeros are given.
+WALKER_SIM_EXPORT void walker_sim_test_effects(const char* id, const char* world,
+                                               std::uint64_t seed, std::uint32_t steps,
+                                               double* numbers) {
+  const Drawn drawn(id, world, seed);
+  const walker::Specification& specification = drawn.environment->specification();
+  walker::Effects effects(drawn.values, specification, drawn.generator.state());
+  const std::vector<double> zeros(specification.action_size());
+  walker::RobotStep step;
+  for (std::uint32_t i = 1; i <= steps; ++i) {
+    effects.begin_step(zeros.data(), i, step);
+    numbers = std::copy(step.push.begin(), step.push.end(), numbers);
+    numbers = std::copy_n(step.action, zeros.size(), numbers);
+  }
 }
 }

@@ -7,6 +7,7 @@ import numpy as np
 
 LIBRARY = ctypes.CDLL(os.environ["WALKER_SIM_DRAWS"])
 LIBRARY.walker_sim_test_terrain.restype = ctypes.c_size_t
+LIBRARY.walker_sim_test_level.restype = ctypes.c_size_t
 
 
 def draw(seed, draws):
@@ -26,3 +27,26 @@ def terrain(hardcore, seed):
     numbers = np.empty(5000)
     count = LIBRARY.walker_sim_test_terrain(hardcore, ctypes.c_uint64(seed), numbers.ctypes)
     return numbers[:count]
+
+
+def level(environment_id, world, seed):
+    """Returns the points of the ground and the corners of the boxes that an episode draws in a
+    world, shapes (columns, 2) and (boxes, 4, 2)."""
+    numbers, count = np.empty(50000), ctypes.c_size_t()
+    columns = LIBRARY.walker_sim_test_level(
+        *(environment_id.encode(), str(world).encode(), ctypes.c_uint64(seed)),
+        *(numbers.ctypes, ctypes.byref(count)),
+    )
+    ground = numbers[: 2 * columns].reshape(columns, 2)
+    return ground, numbers[2 * columns : count.value].reshape(-1, 4, 2)
+
+
+def effects(environment_id, world, seed, steps, action_size):
+    """Returns the pushes and the errors of actions of an episode's steps in a world, shapes
+    (steps, 2) and (steps, action size)."""
+    rows = np.empty((steps, 2 + action_size))
+    LIBRARY.walker_sim_test_effects(
+        *(environment_id.encode(), str(world).encode(), ctypes.c_uint64(seed)),
+        *(ctypes.c_uint32(steps), rows.ctypes),
+    )
+    return rows[:, :2], rows[:, 2:]

@@ -77,8 +77,8 @@ def test_a_build_that_fails_shows_why(set_up):
     assert any("failed with status 3" in line for line in lines), lines
 
 
-# Each package tool fails while a file of its name is there, as if it needed a lock. `sleep` unlocks.
-LOCKED_TOOLS = STUBS.replace("install_packages() { :; }", "") + """
+# A package tool fails while a file of its name is there, as if it needed a lock. `sleep` unlocks.
+TOOLS = """
 as_root() {
   shift 3
   local tool=$1
@@ -88,6 +88,7 @@ as_root() {
 }
 sleep() { rm "$FOLDER"/{dpkg,lists,apt-get} 2>/dev/null || :; }
 """
+LOCKED_TOOLS = STUBS.replace("install_packages() { :; }", TOOLS)
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
       "Factor of the grass's slopes.", hardcore ? ", in place of hardcore's obstacles" : "",
       "14/30 m", "56/30 m",
       "Length of the grass between two obstacles, rounded to columns of 14/30 m, of which "
-      "Gymnasium draws 5 to 9."};
+      "Gymnasium draws 5 to 9; up to two columns longer."};
   std::vector<WorldParameter> parameters = level_parameters(limits, texts);
   const std::vector<WorldParameter> others{
       {"gravity", "m/s^2", "Upward acceleration in free fall.", double{kGravity}, -30, 0},

@@ -64,8 +64,8 @@ std::vector<WorldParameter> level_parameters() {
   return walker::level_parameters(
       limits, {"Factor of the ground's slopes, which at 1 are those of BipedalWalker's grass.", "",
                "0.2 m", "0.8 m",
-               "Length of the ground between two obstacles, rounded to columns of 0.2 m; otherwise "
-               "5 to 9 columns are drawn."});
+               "Length of the ground between two obstacles, rounded to columns of 0.2 m, of which "
+               "otherwise 5 to 9 are drawn; up to two columns longer."});
 }
 
 void check_level(const World& world) {

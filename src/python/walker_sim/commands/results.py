@@ -121,7 +121,7 @@ def are_equal(returns: Sequence[float]) -> bool:
 
 
 def histogram(returns: Sequence[float]) -> list[str]:
-    """Returns a histogram of the returns, one bar per line; empty if all are equal to nine digits."""
+    """Returns a histogram of the returns, one bar per line; empty if all are nearly equal."""
     if are_equal(returns):
         return []
     counts, edges = np.histogram(returns, BINS)
