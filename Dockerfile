@@ -17,5 +17,5 @@ WORKDIR /home/walker
 # Nodes tell each other this address: by default the container's own.
 ENTRYPOINT ["/bin/sh", "-c", "export ROS_IP=\"${ROS_IP:-$(hostname -I | cut -d' ' -f1)}\"; exec \"$@\"", "walker_sim"]
 # Whether the server answers. Podman and Buildah keep it with --format docker.
-HEALTHCHECK --start-period=30s --timeout=15s CMD ["rosservice", "call", "/walker_sim/get_loggers"]
+HEALTHCHECK --start-period=30s --timeout=15s CMD rosservice call /walker_sim/get_loggers || exit 1
 CMD ["roslaunch", "walker_sim", "walker.launch"]

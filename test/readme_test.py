@@ -231,6 +231,9 @@ def test_comparison_of_both_ids(terminal):
 def test_first_commands(terminal):
     with terminal.walker(inline("./scripts/run agent:=none mode:=lockstep", README)):
         terminal.type_all(commands_of(block(AT_FIRST)))
+        container = (ROOT / "Dockerfile").read_text(encoding="utf-8")
+        (check,) = re.findall(r"^HEALTHCHECK .* CMD (.*) \|\| exit 1$", container, re.MULTILINE)
+        assert "loggers:" in terminal.type(f"./scripts/env {check}")
 
 
 def test_commands_by_hand(terminal):
