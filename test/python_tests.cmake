@@ -4,6 +4,7 @@ set(short_suites
   base/exported_symbols_test
   simd/symbols_test
   base/random_numpy_test
+  episode/worlds_numpy_test
   docs_test
   exports_test
   package_xml_test
