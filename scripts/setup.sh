@@ -7,6 +7,12 @@
 # The build directory is build/.ros, hidden because roslaunch searches a package's visible folders.
 # The devel space is devel/, because rosrun does not search a package's build/.
 
+# Opens closed standard streams. Messages to them would fail, and files would get their descriptors: bash
+# itself leaves the command's file open as a closed stderr.
+if [ "/proc/$$/fd/2" -ef "$0" ] || ! true 3>&2; then exec 2>/dev/null; fi
+true 2>/dev/null 3>&1 || exec >/dev/null
+true 2>/dev/null 3<&0 || exec </dev/null
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 build=$root/build
 logs=$build/log
@@ -31,7 +37,7 @@ build_targets=(all)
 # Message languages that are not used here.
 export ROS_LANG_DISABLE=geneus:genlisp:gennodejs
 
-say() { printf '%s\n' "$*" >&2; }
+say() { printf '%s\n' "$*" >&2 || true; } # a full disk prevents no command
 
 die() {
   say "${0##*/}: $*"

@@ -116,3 +116,16 @@ def test_does_not_repeat_what_fails_without_a_lock(set_up, tmp_path):
     assert status != 0
     assert "  | E: Failed to fetch http://block.example/locked" in lines
     assert (tmp_path / "done").read_text() == "dpkg --configure -a\n"
+
+
+@pytest.mark.parametrize(
+    "closed", [">&-", "2>&-", "<&-", ">&- 2>&-", "<&- >&- 2>&-", "2>/dev/full"]
+)
+def test_messages_need_no_open_stream(closed, tmp_path):
+    script = tmp_path / "script"
+    script.write_text(
+        f"set -euo pipefail\nsource {ROOT}/scripts/setup.sh\nsay words\necho words\n"
+        f"exec readlink /proc/self/fd/{{0,1,2}} >{tmp_path}/streams\n"
+    )
+    subprocess.run(["bash", "-c", f"bash {script} {closed}"], check=True)
+    assert len((tmp_path / "streams").read_text().splitlines()) == 3
