@@ -22,7 +22,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 std::string present;  // the input under way
 
-/// By what a signal may do.
+/// Prints the present input. Calls only what a signal handler may call.
 extern "C" void tell_input(int signal) {
   const char newline = '\n';
   if (write(STDERR_FILENO, present.data(), present.size()) < 0 ||
@@ -49,7 +49,7 @@ Bytes read(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Changes bytes as a fuzzer does that knows nothing of what they mean.
+/// Changes bytes at random, without knowledge of their format.
 class Mutator {
  public:
   explicit Mutator(std::vector<Bytes> corpus) : corpus_(std::move(corpus)) {}
@@ -97,7 +97,7 @@ class Mutator {
     }
   }
 
-  /// Of a width and a value at which lengths and indices go wrong.
+  /// Overwrites a number of 1, 2, 4 or 8 bytes by a limit at which lengths and indices overflow.
   void set_number(Bytes& bytes, std::size_t place) {
     constexpr std::uint64_t kValues[] = {0,
                                          1,

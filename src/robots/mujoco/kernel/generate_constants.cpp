@@ -41,7 +41,7 @@ void write_array(std::ostream& header, const char* type, const char* name, const
 void write(const mjModel& model, const std::string& source, const std::string& robot,
            std::ostream& header) {
   const std::string space = "walker::mujoco::kernel::" + robot + "::model";
-  header << "// Of " << source << ", as MuJoCo " << mj_versionString()
+  header << "// Constants of " << source << ", as MuJoCo " << mj_versionString()
          << " compiles it; generated. The names are mjModel's.\n#pragma once\n\n"
          << "namespace " << space << " {\n\n";
 #define WRITE_COUNT(name) header << "inline constexpr int " #name " = " << model.name << ";\n";
