@@ -70,9 +70,9 @@ WALKER_SIM_EXPORT std::vector<std::string> world_presets();
 /// @throws std::invalid_argument naming the preset or file, and what is wrong with it
 WALKER_SIM_EXPORT World load_world(const std::string& preset_or_file);
 
-/// Parses lines of YAML, NAME: NUMBER or NAME: [LOW, HIGH], with comments.
+/// Parses a YAML mapping of names to numbers or lists of two; docs/worlds.md says in which forms.
 /// @param source name of the text in messages
-/// @throws std::invalid_argument naming the source and the line
+/// @throws std::invalid_argument naming the source and the entry
 WALKER_SIM_EXPORT World parse_world(const std::string& text, const std::string& source);
 
 /// Formats a world as one line of YAML: {gravity: -10.0, push_impulse: [0.0, 5.0]}.

@@ -3,10 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <iterator>
 #include <limits>
-#include <optional>
-#include <sstream>
 #include <stdexcept>
 
 #include "base/parameter_text.h"
@@ -19,7 +16,6 @@ namespace walker {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr const char* kSpace = " \t\r";
 
 /// Parameters of disturbance, actuation and sensing, which all robots have.
 std::vector<WorldParameter> common_parameters(const Registration& registration) {
@@ -99,54 +95,6 @@ void check_range(const WorldParameter& parameter, const WorldRange& range) {
   }
 }
 
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(kSpace);
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(kSpace) + 1 - begin);
-}
-
-/// Splits {A: 1, B: [2, 3]} into its entries, and any other text into its lines, without comments.
-std::vector<std::string> entries_of(const std::string& text) {
-  std::vector<std::string> lines;
-  std::string whole;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) {
-    line = trimmed(line.substr(0, line.find('#')));
-    if (line.empty() || line == "---") continue;
-    whole += (whole.empty() ? "" : " ") + line;
-    lines.push_back(line);
-  }
-  if (whole.size() < 2 || whole.front() != '{' || whole.back() != '}') return lines;
-  std::vector<std::string> entries(1);
-  int depth = 0;
-  for (const char letter : whole.substr(1, whole.size() - 2)) {
-    depth += (letter == '[' ? 1 : 0) - (letter == ']' ? 1 : 0);
-    if (letter == ',' && depth == 0) {
-      entries.emplace_back();
-    } else {
-      entries.back() += letter;
-    }
-  }
-  if (trimmed(entries.back()).empty()) entries.pop_back();
-  return entries;
-}
-
-std::string without_quotes(const std::string& name) {
-  const bool is_quoted = name.size() > 1 && name.front() == name.back() &&
-                         (name.front() == '"' || name.front() == '\'');
-  return is_quoted ? name.substr(1, name.size() - 2) : name;
-}
-
-/// Reads a number, or two in brackets.
-std::optional<WorldRange> read_range(const std::string& text) {
-  if (const auto number = parse_number(text)) return WorldRange{*number, *number};
-  const std::size_t comma = text.find(',');
-  if (comma == std::string::npos || text.front() != '[' || text.back() != ']') return std::nullopt;
-  const auto low = parse_number(trimmed(text.substr(1, comma - 1)));
-  const auto high = parse_number(trimmed(text.substr(comma + 1, text.size() - comma - 2)));
-  return low && high ? std::optional(WorldRange{*low, *high}) : std::nullopt;
-}
-
 }  // namespace
 
 std::vector<WorldParameter> world_parameters(const std::string& id) {
@@ -208,24 +156,6 @@ World load_world(const std::string& preset_or_file) {
                                 std::to_string(kMaxBytes) + " bytes");
   }
   return parse_world(text, printable(preset_or_file));
-}
-
-World parse_world(const std::string& text, const std::string& source) {
-  World world;
-  for (const std::string& entry : entries_of(text)) {
-    const std::size_t colon = entry.find(':');
-    const std::string name = without_quotes(trimmed(entry.substr(0, colon)));
-    const std::optional<WorldRange> range =
-        colon == std::string::npos ? std::nullopt : read_range(trimmed(entry.substr(colon + 1)));
-    if (name.empty() || !range) {
-      throw std::invalid_argument("world " + source + ": " + printable(trimmed(entry)) +
-                                  ": must be NAME: NUMBER or NAME: [LOW, HIGH]");
-    }
-    if (!world.emplace(name, *range).second) {
-      throw std::invalid_argument("world " + source + ": " + printable(name) + " is given twice");
-    }
-  }
-  return world;
 }
 
 std::string to_string(const World& world) {

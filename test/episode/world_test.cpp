@@ -41,7 +41,25 @@ TEST(World, ParsesLinesAndBraces) {
   EXPECT_EQ(parse_world("# c\n{\"gravity\": -5, # d\n 'push_interval': [1, 2.5]} # e", "x"),
             expected);
   EXPECT_EQ(parse_world("{}", "x"), World{});
-  EXPECT_EQ(parse_world("---\r\ngravity: 1\r\n", "x"), (World{{"gravity", {1, 1}}}));
+}
+
+/// test/python/worlds_test.py compares with PyYAML.
+TEST(World, ParsesYamlsOrdinaryForms) {
+  const World expected{{"gravity", {-5, -4}}, {"pit_gap", {1, 1}}};
+  for (const char* text : {
+           "gravity:\n- -5\n- -4\npit_gap: 1\n",
+           "gravity: # m/s^2\n  - -5.0  # low\n  -   -4\n\npit_gap:\n  1\n",
+           "pit_gap: 1\ngravity: [-5,\n  -4,\n]\n",
+           "\xEF\xBB\xBF%YAML 1.1\n# mine\n---  # here\r\ngravity: [-5, -4]\r\npit_gap: "
+           "1\r\n...\r\n",
+           "--- {gravity: [-5, -4],\n pit_gap: 1,}\n",
+           "{\n \"gravity\": [\n  -5,\n  -4\n ],\n \"pit_gap\": 1\n}\n",
+           "gravity: !!python/tuple\n- -5\n- -4\npit_gap: 1\n",
+       }) {
+    EXPECT_EQ(parse_world(text, "x"), expected) << text;
+  }
+  EXPECT_EQ(parse_world("a: &id001 !!python/tuple\n- 1\n- 2\nb: *id001\n", "x"),
+            (World{{"a", {1, 2}}, {"b", {1, 2}}}));
 }
 
 TEST(World, NamesWhatItCannotParse) {
@@ -49,11 +67,18 @@ TEST(World, NamesWhatItCannotParse) {
     return message_of<std::invalid_argument>([&] { parse_world(text, "w.yaml"); });
   };
   const std::string allowed = ": must be NAME: NUMBER or NAME: [LOW, HIGH]";
-  for (const std::string line : {"gravity", "gravity: low", "gravity: [1]", "gravity: [1, 2, 3]",
-                                 "gravity: [1, x]", ": 1", "gravity:", "gravity: 1 2"}) {
+  for (const std::string line :
+       {"gravity", "gravity: low", "gravity: [1]", "gravity: [1, 2, 3]", "gravity: [1, x]", ": 1",
+        "gravity:", "gravity: 1 2", "gravity: 1#2", "gravity: - 1", "gravity: *a", "gravity: [1, 2",
+        "- 1", "gravity: \"1\"", "gravity: !!float 1"}) {
     EXPECT_EQ(message(line), "world w.yaml: " + line + allowed);
   }
+  EXPECT_EQ(message("a:\n- 1\n- 2\n- 3"), "world w.yaml: a:\\n- 1\\n- 2\\n- 3" + allowed);
+  EXPECT_EQ(message("world:\n  a: 1"), "world w.yaml: world:\\na: 1" + allowed);
   EXPECT_EQ(message("a: 1\na: 2"), "world w.yaml: a is given twice");
+  for (const std::string text : {"a: 1\n---\nb: 2", "a: 1\n...\nb: 2", "---\n---"}) {
+    EXPECT_EQ(message(text), "world w.yaml: must be one YAML document");
+  }
   EXPECT_EQ(
       message_of<std::invalid_argument>([] { load_world("mon"); }).substr(0, 87),
       "world mon, neither a preset nor a readable YAML file: unknown; did you mean moon? Known");

@@ -1,13 +1,16 @@
 """Worlds of single walkers, through gymnasium.make."""
 
 import copy
+import json
 import pathlib
 import re
+from collections import UserList, deque
 
 import gymnasium
 import numpy as np
 import pytest
 import walker_sim
+import yaml
 from gymnasium.utils.env_checker import check_env
 from walker_sim import WalkerEnv, _core
 from walkers import IDS, ROBOTS, assert_same, follow, make_ours, random_actions, through_pickle
@@ -160,6 +163,7 @@ def test_presets(name):
         {"gravity": -5, "push_interval": [1, 3]},
         {"gravity": np.float32(-5), "push_interval": np.array([1, 3])},
         {"gravity": (-5.0, -5), "push_interval": (np.int64(1), 3.0)},
+        {"gravity": deque([-5, -5]), "push_interval": UserList([1, 3])},
         "{gravity: -5, push_interval: [1, 3]}",
     ],
     ids=str,
@@ -171,6 +175,29 @@ def test_all_forms_are_equal(world, tmp_path):
     file.write_text("# mine\ngravity: -5\npush_interval: [1, 3]  # s\n")
     for path in (file, str(file)):
         assert make_ours("Hopper-v5", world=path).unwrapped.world == expected
+
+
+@pytest.mark.parametrize("pair", [list, tuple])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"sort_keys": False},  # as OmegaConf.save
+        {"default_flow_style": None},
+        {"default_flow_style": True, "width": 20},
+        {"explicit_start": True, "explicit_end": True, "indent": 4},
+        {"version": (1, 1), "line_break": "\r\n"},
+    ],
+    ids=str,
+)
+def test_reads_what_yaml_writes(options, pair, tmp_path):
+    interval = pair([1.5, 3])
+    world = {"push_interval": interval, "gravity": -5.25, "mass_scale": interval}
+    expected = {"push_interval": (1.5, 3), "gravity": (-5.25, -5.25), "mass_scale": (1.5, 3)}
+    file = tmp_path / "mine.yaml"
+    for text in (yaml.dump(world, **options), json.dumps(world), json.dumps(world, indent=1)):
+        for encoding in ("utf-8", "utf-8-sig"):
+            file.write_bytes(text.encode(encoding))
+            assert _core.load_world(str(file)) == expected
 
 
 def test_set_world_acts_from_the_next_reset():

@@ -99,9 +99,10 @@ def _to_bytes(text: str | os.PathLike[str]) -> bytes:
 
 
 def _to_range(name: Any, given: Any) -> tuple[float, float]:
-    """Returns the range of a number, or of a pair of numbers, e.g. NumPy's."""
+    """Returns the range of a number, or of a sequence of two, e.g. NumPy's or OmegaConf's."""
     values = given.tolist() if hasattr(given, "tolist") else given
-    pair = values if isinstance(values, (list, tuple)) else (values, values)
+    is_pair = isinstance(values, Sequence) and not isinstance(values, (str, bytes))
+    pair = values if is_pair else (values, values)
     if len(pair) != 2 or not all(map(_is_number, pair)):
         shown_name = _core.shown(name).strip("'")
         raise TypeError(
