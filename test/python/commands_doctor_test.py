@@ -149,6 +149,13 @@ def test_neither_home_nor_user_is_printed(files):
     assert "~/walker_sim" in lines["walker_sim"].text
 
 
+def test_a_home_without_a_name():
+    """As that of a container's user who is in no password file."""
+    variables = {"ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": "localhost:11311"}
+    text, _ = fault("ROS_MASTER_URI", HOME="/", **variables)
+    assert text == "is not http://HOST:PORT"
+
+
 def test_other_hosts_are_not_printed():
     """Their names may be private."""
     variables = {"ROS_HOSTNAME": ELSEWHERE, "ROS_MASTER_URI": f"http://user:word@{ELSEWHERE}:11"}
@@ -190,19 +197,27 @@ def test_an_extension_module_of_a_newer_system(files):
     assert "compiled for a newer system" in remedy
 
 
+@pytest.mark.parametrize("name", ["argparse", "copy", "gymnasium", "numpy", "random", "socket"])
+def test_a_file_that_hides_a_module(tmp_path, name):
+    module(tmp_path, name, "raise RuntimeError('imported')")
+    text, remedy = fault(f"{name}.py", path=[tmp_path])
+    assert text == f"{tmp_path / name}.py hides the module {name}: imports get this file instead"
+    assert remedy.startswith("Rename it")
+
+
 def test_a_numpy_that_cannot_be_imported(tmp_path):
     message = "numpy.core.multiarray failed to import"
-    module(tmp_path, "numpy.__init__", f"raise ImportError({message!r})")
-    text, remedy = fault("numpy", path=[tmp_path])
+    folder = module(tmp_path / "site-packages", "numpy.__init__", f"raise ImportError({message!r})")
+    text, remedy = fault("numpy", path=[folder])
     assert text == f"cannot be imported: {message}"
     assert "pip install --upgrade 'numpy>=1.21'" in remedy
 
 
 def test_a_module_compiled_for_another_numpy(tmp_path):
     message = "numpy.core.multiarray failed to import"
-    module(tmp_path, "cv_bridge.__init__", "")
-    module(tmp_path, "cv_bridge.boost.cv_bridge_boost", f"raise ImportError({message!r})")
-    lines, _ = examine(path=[tmp_path])
+    folder = module(tmp_path / "dist-packages", "cv_bridge.__init__", "")
+    module(folder, "cv_bridge.boost.cv_bridge_boost", f"raise ImportError({message!r})")
+    lines, _ = examine(path=[folder])
     assert lines["cv_bridge"].level == "note"
     assert "/usr/bin/python3 node.py" in lines["cv_bridge"].remedy
 

@@ -84,12 +84,17 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'walker_sim' has no attribute {name!r}")
 
 
+if getattr(sys, "argv", [])[:2] == ["-m", "doctor"]:
+    from walker_sim import shadowing
+
+    shadowing.unhide()
+
 if importlib.util.find_spec("gymnasium") is not None:
     try:
         from walker_sim.registration import register_all
 
         register_all()
-    except ImportError:
+    except Exception:
         # `python3 -m walker_sim doctor` reports why Gymnasium cannot be imported.
         if getattr(sys, "argv", [])[:2] != ["-m", "doctor"]:
             raise

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Callable, Sequence
 
 import walker_sim
+from walker_sim import shadowing
 from walker_sim.commands import Parser
 from walker_sim.commands import doctor_machine as machine
 from walker_sim.commands.doctor_machine import FAULT, NOTE, OK, Finding, Findings
@@ -65,6 +66,13 @@ examples:
   python3 -m walker_sim doctor
   rosrun walker_sim doctor              # for the Python of the ROS nodes
 """
+
+
+def examine_path() -> Findings:
+    for name, file in shadowing.files.items():
+        text = f"{file} hides the module {name}: imports get this file instead"
+        remedy = "Rename it, or take its folder off the path (working directory, PYTHONPATH)"
+        yield Finding(FAULT, os.path.basename(file), text, remedy)
 
 
 def examine_package() -> Findings:
@@ -222,7 +230,8 @@ def without_names(text: str) -> str:
     for folder in {home, os.path.realpath(home)} - {"/"}:
         text = re.sub(re.escape(folder) + r"(?![\w.-])", "~", text)
     text = re.sub(r"/home/[^/\s]+", "/home/USER", text)
-    return re.sub(rf"/{re.escape(Path(home).name)}(?![\w.-])", "/USER", text)
+    user = Path(home).name  # empty: the home is /, as that of a container's user without a name
+    return re.sub(rf"/{re.escape(user)}(?![\w.-])", "/USER", text) if user else text
 
 
 def all_of(examine: Callable[[], Findings]) -> list[Finding]:
@@ -258,11 +267,8 @@ def run(arguments: Sequence[str]) -> int:
     """Prints the findings. Returns the exit status."""
     Parser("doctor", DESCRIPTION, EPILOG).parse_args(arguments)
     slow = [Background(examine) for examine in machine.SLOW]
-    findings = [
-        finding
-        for examine in (examine_package, examine_python, examine_walkers, *machine.QUICK)
-        for finding in all_of(examine)
-    ]
+    quick = (examine_path, examine_package, examine_python, examine_walkers, *machine.QUICK)
+    findings = [finding for examine in quick for finding in all_of(examine)]
     findings += [finding for one in slow for finding in one.findings()]
     width = max(len(finding.subject) for finding in findings)
     for level, subject, text, remedy in findings:
