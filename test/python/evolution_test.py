@@ -113,6 +113,10 @@ def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, mon
     steps = [point.steps for point in read_curve(tmp_path / "run/curve.csv")]
     assert steps == sorted(steps)
     assert steps[-1] >= 28_000
+    state = tmp_path / "run/checkpoint/state.json"
+    state.write_text(state.read_text().replace(ID, "Hopper-v4"))
+    error = command("train", "--resume", tmp_path / "run", status=2).err
+    assert f"id = Hopper-v4: must be {ID}" in error
 
 
 def test_a_linear_policy_continues_in_a_layer(tmp_path):

@@ -109,6 +109,10 @@ def test_error_names_invalid_settings_file(tmp_path, command, content, words):
     assert words in command("train", ID, *given, status=2).err
 
 
+STATE = """{"id": "BipedalWalker-v3", "stage": 0, "is_done": false, "steps": 64,
+"steps_before": 0, "seconds": 0.5, "best": -100}"""
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -116,10 +120,15 @@ def test_error_names_invalid_settings_file(tmp_path, command, content, words):
         ("", "state.json: not a checkpoint: JSONDecodeError: Expecting value"),
         ("[]", "state.json: not a checkpoint: TypeError: "),
         ("{}", "state.json: not a checkpoint: KeyError: 'id'"),
+        (STATE.replace("Bipedal", "B\\ud800"), "ValueError: id = 'B\\ud800Walker-v3': must be one"),
+        (STATE.replace("Bipedal", "Quadrupedal"), "must be one of BipedalWalker-v3, "),
         (
-            '{"id": "BipedalWalker-v3", "stage": 0, "is_done": false}',
-            "not a checkpoint of these settings: KeyError: 'best'",
+            STATE.replace("0,", "-1,", 1),
+            "stage = -1: must be one of the 1 of these settings, from 0",
         ),
+        (STATE.replace("0,", "1,", 1), "stage = 1: must be one of the 1 of these settings, from 0"),
+        (STATE.replace("0,", "Infinity,", 1), "not a checkpoint: OverflowError"),
+        (STATE.replace("steps", "stepz"), "not a checkpoint: KeyError: 'steps'"),
     ],
 )
 def test_error_names_invalid_checkpoint(tmp_path, command, content, words):

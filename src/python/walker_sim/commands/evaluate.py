@@ -12,7 +12,7 @@ from typing import Any, Callable, NamedTuple, Sequence
 from walker_sim.commands import grid_results, results
 from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Episode, play, play_network, progress
-from walker_sim.commands.grid import Grid, axis, make_grid
+from walker_sim.commands.grid import Grid, axis, make_grid, refuse_equal
 from walker_sim.commands.policies import (
     POLICY_HELP,
     PolicyFailed,
@@ -134,6 +134,8 @@ def _source(
         worlds = grid.worlds() if grid else [to_world(env_id, options.world)]
         player = make_player(env_id, parameters, options.num_threads or 0, options.num_envs)
         play_jobs(player, [], worlds, [])  # checks the worlds: some errors depend on the parameters
+        if grid:
+            refuse_equal(grid, player.specification["dt"])
     except (ValueError, TypeError, RuntimeError) as error:
         raise common.InputError(str(error)) from error
 
@@ -164,6 +166,9 @@ def _stepped(
                 walkers.set_world([], [world])
         except ValueError as error:
             raise common.InputError(str(error)) from error
+        finally:
+            walkers.set_world([], before)
+        refuse_equal(grid, walkers.specification["dt"])
 
     def play_all(receive: Callable[[Episode], None]) -> None:
         if not grid:

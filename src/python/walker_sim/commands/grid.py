@@ -8,7 +8,7 @@ import math
 import re
 from collections import Counter
 from decimal import ROUND_FLOOR, Decimal
-from typing import NamedTuple, Sequence
+from typing import Any, NamedTuple, Sequence
 
 from walker_sim.commands.options import MAX_SEEDS, InputError
 from walker_sim.worlds import World, read_world, to_world
@@ -16,6 +16,7 @@ from walker_sim.worlds import World, read_world, to_world
 MAX_AXES = 2
 MAX_VALUES = 1000
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+ROUNDED = ("action_delay", "observation_delay", "push_interval")
 SYNTAX = "must be NAME=FIRST:END:STEP or NAME=VALUE,VALUE,..., e.g. push_impulse=0:40:10"
 
 
@@ -51,7 +52,7 @@ def axis(text: str) -> Axis:
     """Parses NAME=FIRST:END:STEP, whose END is included, or NAME=VALUE,VALUE,..., for argparse."""
     name, _, given = text.partition("=")
     if re.fullmatch(f"{NUMBER}:{NUMBER}:{NUMBER}", given):
-        values = _steps(text, *map(Decimal, given.split(":")))
+        values = _steps(text, *map(float, given.split(":")))
     elif re.fullmatch(f"{NUMBER}(?:,{NUMBER})*", given):
         values = [float(part) for part in given.split(",")]
     else:
@@ -64,15 +65,24 @@ def axis(text: str) -> Axis:
     return Axis(name, tuple(values))
 
 
-def _steps(text: str, first: Decimal, end: Decimal, step: Decimal) -> list[float]:
-    """Returns the values from `first` to `end`, computed in decimal so that 0:0.06:0.02 has 0.06
+def _steps(text: str, *numbers: float) -> list[float]:
+    """Returns the values from FIRST to END, computed in decimal so that 0:0.06:0.02 has 0.06
     itself; at most one value more than allowed."""
-    if float(step) <= 0 or end < first or not math.isfinite(end - first):
+    if not all(map(math.isfinite, numbers)):
+        raise argparse.ArgumentTypeError(f"{text}: must have numbers below 1.8e+308")
+    first, end, step = (Decimal(repr(one)) for one in numbers)
+    if step <= 0 or end < first:
         raise argparse.ArgumentTypeError(
             f"{text}: must ascend from FIRST to END, with STEP above 0"
         )
-    steps = min(((end - first) / step).to_integral_value(ROUND_FLOOR), Decimal(MAX_VALUES))
-    return [float(first + index * step) for index in range(int(steps) + 1)]
+    steps = min((end - first) / step, Decimal(MAX_VALUES))
+    below = steps.to_integral_value(ROUND_FLOOR)
+    if below < steps:
+        nearest = " or ".join(f"{first + (below + one) * step:.12g}" for one in (0, 1))
+        raise argparse.ArgumentTypeError(
+            f"{text}: must have whole steps from FIRST to END; END may be {nearest}"
+        )
+    return [float(first + index * step) for index in range(int(below) + 1)]
 
 
 def make_grid(
@@ -109,6 +119,28 @@ def make_grid(
     except (ValueError, TypeError) as error:
         raise InputError(str(error)) from error
     return Grid(tuple(bases), tuple(axes), cells, note)
+
+
+def refuse_equal(grid: Grid, dt: float) -> None:
+    """InputError if two worlds are the same after their times are rounded to steps of `dt`."""
+
+    def rounded(name: str, world: World) -> tuple[float, float]:
+        low, high = world[name]
+        if name not in ROUNDED or low < high:  # a drawn time is rounded after the draw
+            return low, high
+        steps = math.floor(low / dt + 0.5)
+        return steps, steps
+
+    seen: dict[frozenset[Any], str] = {}
+    for cell in grid.cells:
+        given = [f"{axis.name}={value:.12g}" for axis, value in zip(grid.axes, cell.values)]
+        text = ", ".join([*filter(None, [cell.row]), *given])
+        key = frozenset((name, rounded(name, cell.world)) for name in cell.world)
+        if seen.setdefault(key, text) != text:
+            raise InputError(
+                f"{text}: must be another world than {seen[key]}; delays and intervals are rounded "
+                f"to steps of {dt:.12g} s"
+            )
 
 
 def _add_pushes(bases: dict[str, World], names: Sequence[str]) -> str:

@@ -126,7 +126,7 @@ def add_episodes(parser: Parser, episodes: int) -> None:
     )
     group.add_argument(
         "--episodes",
-        type=count,
+        type=_episodes,
         metavar="N",
         help=f"short for --seeds 0:N (default: {episodes})",
     )
@@ -167,6 +167,13 @@ def number(text: str, above: float = -math.inf) -> float:
 
 
 positive = functools.partial(number, above=0)
+
+
+def _episodes(text: str) -> int:
+    number_of = count(text)
+    if number_of > MAX_SEEDS:
+        raise argparse.ArgumentTypeError(f"{text}: must be at most {MAX_SEEDS}")
+    return number_of
 
 
 def _seeds(text: str) -> list[int]:

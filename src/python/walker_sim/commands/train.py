@@ -10,9 +10,11 @@ import sys
 from pathlib import Path
 from typing import Any, Sequence
 
+from walker_sim import _core
 from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.files import naming, package_file
+from walker_sim.training.policy_file import read_policy
 from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings, settings_from
 from walker_sim.training.stage import CHECKPOINT, POLICY, SETTINGS, STATE, read_state
 from walker_sim.worlds import to_world
@@ -117,6 +119,11 @@ def run(arguments: Sequence[str]) -> int:
 def _resume(training: Any) -> None:
     try:
         training.resume()
+        made_for = {training.policy().env_id}
+        if (training.folder / POLICY).exists():
+            made_for.add(read_policy(training.folder / POLICY).env_id)
+        if made_for != {training.env_id}:
+            raise ValueError(f"id = {training.env_id}: must be {' and '.join(made_for)}")
     except Exception as error:  # the files of other libraries may be damaged in any way
         raise InputError(
             f"--resume {training.folder}: not a checkpoint of these settings: "
@@ -170,13 +177,22 @@ def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
         raise InputError(f"--resume {folder}: has no checkpoint")
     try:
         state = read_state(folder)
-        env_id, stage = str(state["id"]), int(state["stage"]) + bool(state["is_done"])
-    except (RecursionError, ValueError, TypeError, KeyError) as error:
+        env_id, stage = str(state["id"]), int(state["stage"])
+        if env_id not in _core.ids():
+            raise ValueError(f"id = {_core.shown(env_id)}: must be one of {', '.join(_core.ids())}")
+        for name in ("is_done", "steps", "steps_before", "seconds", "best"):
+            float(state[name])
+    except (RecursionError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise InputError(
             f"--resume {folder}: {file}: not a checkpoint: {type(error).__name__}: {error}"
         ) from error
     settings = read_settings(folder / SETTINGS)
-    return env_id, settings, folder, min(stage, settings.num_stages - 1)
+    if not 0 <= stage < settings.num_stages:
+        raise InputError(
+            f"--resume {folder}: {file}: stage = {stage}: must be one of the {settings.num_stages} "
+            "of these settings, from 0"
+        )
+    return env_id, settings, folder, min(stage + bool(state["is_done"]), settings.num_stages - 1)
 
 
 def settings_file(env_id: str) -> Path:
