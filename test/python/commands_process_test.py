@@ -36,6 +36,8 @@ def test_version_and_help():
         shown = run(command, "--help", capture_output=True, text=True)
         assert shown.returncode == 0
         assert f"python3 -m walker_sim {command} BipedalWalker-v3" in shown.stdout
+    for command in ("convert", "hash", "worlds"):  # they refuse parameters
+        assert "NAME=VALUE" not in run(command, "--help", capture_output=True, text=True).stdout
 
 
 # ---------------------------------------------------------------- evaluate's CSV

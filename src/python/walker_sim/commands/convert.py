@@ -29,7 +29,8 @@ observations. Opening a MODEL.zip can run code: use only files that you trust.
 """
 
 EPILOG = f"""\
-{common.WALKER_HELP}
+{common.ID_HELP}.
+
 MODEL.onnx maps one input, observations of shape (n, observation size), (1, observation size) or
 (observation size), to actions. It consists of layers by Gemm, or by MatMul and Add, with Tanh or
 Relu between them. It may normalise observations before them (Sub, Add, Mul, Div, then Clip to 10)

@@ -48,7 +48,7 @@ def run(arguments: Sequence[str]) -> int:
         metavar="N",
         help=f"steps of each walker (default: {STEPS:,}); each number has its own hash",
     )
-    common.add_walker_options(parser)
+    common.add_walker_options(parser, "ID")
     common.add_num_envs(parser)
     options = parser.parse_intermixed_args(arguments)
     for word in options.walker:

@@ -30,14 +30,12 @@ NAME=VALUE sets a parameter of the environment: hardcore=true, ctrl_cost_weight=
 """
 
 
-def add_walker(parser: Parser) -> None:
-    parser.add_argument(
-        "walker", nargs="*", metavar="ID|NAME=VALUE", help="the environment; see below"
-    )
+def add_walker(parser: Parser, metavar: str = "ID|NAME=VALUE") -> None:
+    parser.add_argument("walker", nargs="*", metavar=metavar, help="the environment; see below")
 
 
-def add_walker_options(parser: Parser) -> None:
-    add_walker(parser)
+def add_walker_options(parser: Parser, metavar: str = "ID|NAME=VALUE") -> None:
+    add_walker(parser, metavar)
     where = parser.add_argument_group("transport")
     where.add_argument(
         "--transport",
