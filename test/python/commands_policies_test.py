@@ -106,8 +106,12 @@ def model(tmp_path, monkeypatch):
                 assert (path, device) == (file, "cpu")
                 return cls()
 
-            def predict(self, observation, deterministic):
+            def predict(self, observation, deterministic, state=None):
                 assert deterministic
+                if name == "RecurrentPPO":
+                    step = 0 if state is None else state
+                    return np.full(4, step), step + 1
+                assert state is None
                 return observation[4:8], None
 
         package = "sb3_contrib" if module.startswith("sb3_contrib") else "stable_baselines3"
@@ -138,6 +142,20 @@ def test_model_is_loaded_by_its_algorithm(model, module, data, name):
     action = policies(model(module, name=name, **data))(0)(OBSERVATION)
     assert (action == OBSERVATION[4:8]).all()
     assert model.threads == [1]
+
+
+def test_memory_belongs_to_an_episode(model):
+    """RecurrentPPO's state is kept for each walker, and begins anew with its episode."""
+    policy_of = policies(model("sb3_contrib.common.recurrent.policies", name="RecurrentPPO"))
+    one, other = policy_of(0), policy_of(1)
+    assert [float(act(OBSERVATION)[0]) for act in (one, one, other, one, other)] == [0, 1, 0, 2, 1]
+    assert policy_of(0)(OBSERVATION)[0] == 0
+
+
+def test_refuses_unknown_policy_class_by_name(model):
+    words = "model.zip: has a policy class of sb3_contrib.common.maskable.policies"
+    with pytest.raises(InputError, match=words):
+        policies(model("sb3_contrib.common.maskable.policies", clip_range=0.2))
 
 
 def test_rejects_model_of_other_sizes(model):

@@ -1,5 +1,5 @@
 """`evaluate` with a Stable-Baselines3 model and its VecNormalize statistics plays the same episodes
-as Stable-Baselines3."""
+as Stable-Baselines3, also if the model has a memory."""
 
 import pickle
 
@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 import walker_sim  # noqa: F401  # registers the ids
+from sb3_contrib import RecurrentPPO
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from walker_sim.sb3 import VecEnv
@@ -17,12 +18,13 @@ SEEDS = [4, 0, 7]
 LIMIT = 120
 
 
-@pytest.fixture(scope="module", params=[PPO, SAC], ids=["PPO", "SAC"])
+@pytest.fixture(scope="module", params=[PPO, SAC, RecurrentPPO], ids=lambda kind: kind.__name__)
 def learnt(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("learnt")
     walkers = VecNormalize(VecEnv(ID, 2), clip_obs=2.0)
-    sizes = {"n_steps": 128} if request.param is PPO else {"learning_starts": 50}
-    model = request.param("MlpPolicy", walkers, seed=1, device="cpu", **sizes)
+    sizes = {"learning_starts": 50} if request.param is SAC else {"n_steps": 128}
+    network = "MlpLstmPolicy" if request.param is RecurrentPPO else "MlpPolicy"
+    model = request.param(network, walkers, seed=1, device="cpu", **sizes)
     model.learn(512)
     model.save(folder / "model.zip")
     walkers.save(str(folder / "vec_normalize.pkl"))
@@ -39,9 +41,9 @@ def returns_by_stable_baselines3(kind, folder):
     returns = []
     for seed in SEEDS:
         walkers.seed(seed)
-        observations, done, total = walkers.reset(), [False], 0.0
+        observations, done, total, memory = walkers.reset(), [False], 0.0, None
         while not done[0]:
-            actions, _ = model.predict(observations, deterministic=True)
+            actions, memory = model.predict(observations, memory, deterministic=True)
             observations, rewards, done, _ = walkers.step(actions)
             total += float(rewards[0])
         returns.append(total)

@@ -31,8 +31,9 @@ POLICY is one of
   shipped          the trained network that the package includes for ID
   robust           likewise, trained in many worlds (BipedalWalker-v3, Walker2d-v5)
   FILE.safetensors a trained network, written by `train` or `convert`
-  FILE.zip         a model saved by Stable-Baselines3 or its contrib, which acts deterministically.
-                   Opening such a file can run code: use only files that you trust
+  FILE.zip         a model saved by Stable-Baselines3 or its contrib, which acts deterministically;
+                   RecurrentPPO's memory begins anew with each episode. Opening such a file can run
+                   code: use only files that you trust
   MODULE:FUNCTION  called as FUNCTION(observation) with one observation of shape (observation
                    size,); returns an action of shape (action size,), which is rounded to float32.
                    A class is instantiated for each episode
@@ -195,10 +196,18 @@ def _sb3_model(text: str, specification: Specification, normalization: Path | No
         except ModelError as error:
             raise InputError(str(error)) from error
 
-    def act(observation: NDArray[Any]) -> NDArray[Any]:
-        if statistics is not None:
-            observation = statistics.normalize_obs(observation)
-        action: NDArray[Any] = model.predict(observation, deterministic=True)[0]
-        return action
+    def policy_of(seed: int) -> Policy:
+        memory: dict[str, Any] = {}  # of a recurrent network, from the episode's last step
 
-    return lambda seed: act
+        def act(observation: NDArray[Any]) -> NDArray[Any]:
+            if statistics is not None:
+                observation = statistics.normalize_obs(observation)
+            action: NDArray[Any]
+            action, state = model.predict(observation, deterministic=True, **memory)
+            if state is not None:
+                memory["state"] = state
+            return action
+
+        return act
+
+    return policy_of

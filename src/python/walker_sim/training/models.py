@@ -105,8 +105,9 @@ def load_sb3(path: Path) -> tuple[str, Any]:
     """Loads a model that Stable-Baselines3 or its contrib has saved. Returns its class and itself.
 
     The file names the policy class, not the algorithm. Most algorithms have a policy class in a
-    module of their own name. PPO and A2C share one in ``common``: a file with clip_range is PPO's.
-    To act, A2C is equivalent.
+    module of their own name. PPO, A2C and TRPO share one in ``common``: a file with clip_range is
+    PPO's. To act, the others are equivalent. A class of the user's own is taken for one of these;
+    if it keeps a state, `predict` returns it.
 
     Raises
     ------
@@ -123,7 +124,11 @@ def load_sb3(path: Path) -> tuple[str, Any]:
         raise ModelError(f"not a model saved by Stable-Baselines3: {error}") from error
     package, _, rest = module.partition(".")
     algorithm = rest.partition(".")[0]
-    if package in ("stable_baselines3", "sb3_contrib") and algorithm not in ("", "common"):
+    if module == "sb3_contrib.common.recurrent.policies":
+        name = "RecurrentPPO"
+    elif package == "sb3_contrib" and algorithm in ("", "common"):  # of MaskablePPO, or unknown
+        raise ModelError(f"has a policy class of {module}, which is not supported")
+    elif package in ("stable_baselines3", "sb3_contrib") and algorithm not in ("", "common"):
         name = {"crossq": "CrossQ"}.get(algorithm, algorithm.upper())
     else:
         package, name = "stable_baselines3", "PPO" if "clip_range" in data else "A2C"
@@ -152,6 +157,8 @@ def read_sb3(path: Path) -> Model:
     name, model = load_sb3(path)
     if name not in ("PPO", "A2C", "SAC", "TQC"):
         raise ModelError(f"of {name}; must be of PPO, A2C, SAC or TQC")
+    if model.predict(model.observation_space.sample())[1] is not None:
+        raise ModelError("has a memory; a policy file has none")
     layers: list[tuple[Array, Array]] = []
     activations = set()
     for part in actor_layers(model.policy):
