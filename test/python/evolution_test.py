@@ -285,6 +285,35 @@ def test_error_names_invalid_setting(given, words):
         settings_from(given)
 
 
+def test_numbers_with_an_exponent_are_numbers(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        "algorithm: es\nsteps: 2e6\nlearning_rate: [1e-2, 5E-3]\nmax_difference: 1.e+1\n"
+        "parameters: {healthy_reward: 1e-2, xml_file: '1e4'}\n"
+    )
+    for _ in range(2):
+        settings = read_settings(file)
+        assert (settings.steps, settings.learning_rate) == (2_000_000, (0.01, 0.005))
+        assert settings.max_difference == 10
+        assert settings.parameters == {"healthy_reward": 0.01, "xml_file": "1e4"}
+        write_settings(settings, file)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("seed: 1\nsteps: 5\nseed: 2", "line 3: seed: must be given once"),
+        ("parameters: {a: 1, b: 2, a: 1}", "line 1: a: must be given once"),
+        ("changes:\n  1000: {gamma: 0.9}\n  1e3: {gamma: 0.8}", "line 3: 1000: must be given once"),
+    ],
+)
+def test_a_key_that_is_given_twice_is_refused(tmp_path, text, words):
+    file = tmp_path / "mine.yaml"
+    file.write_text(text)
+    with pytest.raises(SettingsError, match=re.escape(f"{file}: {words}")):
+        read_settings(file)
+
+
 def test_command_line_changes_a_training_with_stages(tmp_path, command):
     def given(stages):
         write_settings(settings_from({**SMALL, "stages": stages}), tmp_path / "mine.yaml")
