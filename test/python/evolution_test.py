@@ -1,13 +1,17 @@
 """train with evolution strategies: stages, resuming to the bit, and the optimiser's formula."""
 
+import json
 import os
 import re
+import shutil
 import signal
+import sys
 
 import numpy as np
 import pytest
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
+from walker_sim.training import stage
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
 from walker_sim.training.policy_file import read_policy, to_bytes, write_policy
@@ -87,6 +91,128 @@ def test_policy_does_not_depend_on_threads_or_interruptions(tmp_path, changes):
         curves.append([(point.steps, point.evaluation_return) for point in points])
     assert policies[0] == policies[1]
     assert curves[0] == curves[1]
+
+
+GROWING_STAGE = {"steps": 2_000, "stages": [{"steps": 2_000, **GROWING}], "evaluate_every": 900}
+
+
+@pytest.mark.parametrize("changes", [GROWING_STAGE, {"algorithm": "cma", **GROWING_STAGE}])
+def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch, changes):
+    """SIGINT in any of the plays of updates, evaluations and trials leaves no trace."""
+    if changes.get("algorithm") == "cma":
+        pytest.importorskip("cma")
+        changes = {**changes, "learning_rate": [7e-4, 5e-5]}  # the default, which CMA has not
+    settings = settings_from({**SMALL, **changes})
+    calls = []
+
+    def play(*given, play=stage.play_jobs):
+        calls.append(given)
+        if cut and len(calls) % 3 == 1:  # so that an update and its trial can succeed
+            os.kill(os.getpid(), signal.SIGINT)
+        return play(*given)
+
+    monkeypatch.setattr(stage, "play_jobs", play)
+    outcomes = []
+    for cut in (False, True):
+        folder = tmp_path / str(cut)
+        for index in (0, 1):
+            training = evolve(folder, settings, index)
+            while not training.is_complete:
+                assert training.wants_to_stop and cut
+                training = evolve(folder, settings, index)
+        points = read_curve(folder / "curve.csv")
+        curve = [(point.steps, point.evaluation_return, point.training_return) for point in points]
+        outcomes.append((str(curve), (folder / "policy.safetensors").read_bytes()))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_killed_in_a_checkpoint_keeps_a_complete_one(tmp_path):
+    """A child process is killed at each of its calls that change files in turn."""
+    settings = settings_from({**SMALL, "steps": 100})
+    training = evolve(tmp_path / "first", settings)
+
+    def save_and_die(number):
+        rest = iter(range(number))
+
+        def hook(event, arguments):
+            changes_files = event in ("open", "os.mkdir", "os.rename", "os.remove", "os.rmdir")
+            if changes_files and next(rest, None) is None:
+                os.kill(os.getpid(), signal.SIGKILL)
+
+        sys.addaudithook(hook)
+        training.save_checkpoint()
+
+    status, number = signal.SIGKILL, 0
+    while status == signal.SIGKILL:
+        training.folder = tmp_path / str(number)
+        shutil.copytree(tmp_path / "first", training.folder)
+        child = os.fork()
+        if child == 0:
+            try:
+                save_and_die(number)
+            finally:
+                os._exit(0)
+        status = os.waitpid(child, 0)[1]
+        resumed = Evolution(ID, settings, training.folder)
+        resumed.resume()
+        assert resumed.steps == training.steps
+        resumed.save_checkpoint()
+        assert len([*(training.folder / "checkpoint").iterdir()]) == 2  # the state and its slot
+        number += 1
+    assert (status, number > 6) == (0, True)
+
+
+def test_killed_before_a_checkpoint_adds_no_point_twice(tmp_path, monkeypatch):
+    class Killed(BaseException):
+        pass
+
+    def die(training):
+        raise Killed
+
+    settings = settings_from({**SMALL, "steps": 5_000, "evaluate_every": 2_000})
+    whole = evolve(tmp_path / "whole", settings)
+    evolve(tmp_path / "cut", settings, stops_after=3_000)
+    for _ in range(2):
+        with monkeypatch.context() as patch, pytest.raises(Killed):
+            patch.setattr(Evolution, "save_checkpoint", die)
+            evolve(tmp_path / "cut", settings)
+    resumed = evolve(tmp_path / "cut", settings)
+    curves = [read_curve(tmp_path / name / "curve.csv") for name in ("whole", "cut")]
+    points = [[(point.steps, point.evaluation_return) for point in curve] for curve in curves]
+    assert points[0] == points[1]
+    assert resumed.best == whole.best
+
+
+@pytest.mark.parametrize("kept", ["checkpoint.new", "checkpoint.old"])
+def test_resumes_what_an_earlier_version_left(tmp_path, command, kept):
+    """It was killed between the two renames of a checkpoint without slots."""
+    settings = settings_from({**SMALL, "steps": 3_000})
+    evolve(tmp_path, settings, stops_after=1)
+    state = read_state(tmp_path)
+    (tmp_path / "checkpoint" / state.pop("files")).rename(tmp_path / kept)
+    del state["points"]
+    (tmp_path / kept / "state.json").write_text(json.dumps(state))
+    shutil.rmtree(tmp_path / "checkpoint")
+    error = command("train", ID, "--out", tmp_path, status=2).err
+    assert f"--resume {tmp_path} continues" in error
+    command("train", "--resume", tmp_path, "--num-threads", 1)
+    assert read_state(tmp_path)["is_done"]
+    assert (tmp_path / kept / "state.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        *((name, "; must be a folder without it") for name in ("checkpoint.old", "curve.csv")),
+        ("policy.safetensors", "; must be a folder without it"),
+        ("settings.yaml", " with other settings; must have none"),
+    ],
+)
+def test_a_new_training_overwrites_nothing(tmp_path, command, name, words):
+    (tmp_path / name).write_text("seed: 1234")
+    error = command("train", ID, "--out", tmp_path, status=2).err
+    assert f"--out {tmp_path}: has {name}{words}" in error
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["seed: 1234"]
 
 
 def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, monkeypatch):

@@ -16,7 +16,17 @@ from walker_sim.commands.options import InputError
 from walker_sim.files import naming, package_file
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings, settings_from
-from walker_sim.training.stage import CHECKPOINT, POLICY, SETTINGS, STATE, read_state
+from walker_sim.training.stage import (
+    CHECKPOINT,
+    CURVE,
+    EARLIER,
+    PICTURE,
+    POLICY,
+    SETTINGS,
+    STATE,
+    checkpoint_of,
+    read_state,
+)
 from walker_sim.worlds import to_world
 
 DESCRIPTION = """\
@@ -28,7 +38,8 @@ evaluation is kept.
 EPILOG = f"""\
 {common.WALKER_HELP}
 The folder gets policy.safetensors (the best so far), curve.csv, curve.png, settings.yaml and a
-checkpoint. Ctrl-C saves a checkpoint, from which --resume continues.
+checkpoint. Ctrl-C saves a checkpoint, from which --resume continues. A checkpoint contains pickles,
+which can run code: resume only trainings that you trust.
 
 examples:
   python3 -m walker_sim train BipedalWalker-v3 --out walker
@@ -105,7 +116,8 @@ def run(arguments: Sequence[str]) -> int:
             with naming(folder):
                 training.run()
             training.close()
-            if not training.is_done or (training.wants_to_stop and index + 1 < settings.num_stages):
+            is_last = index + 1 == settings.num_stages
+            if not training.is_complete or (training.wants_to_stop and not is_last):
                 print(
                     f"stopped after {training.all_steps:,} steps; to continue: "
                     f"python3 -m walker_sim train --resume {folder}",
@@ -162,9 +174,16 @@ def _new(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
     if options.steps is not None:
         changes.update(steps=options.steps, stages=[])
     folder = options.out or Path("runs") / env_id
-    if (folder / CHECKPOINT).exists():
+    if (checkpoint_of(folder) / STATE).exists():
         raise InputError(f"--out {folder}: has a training, which --resume {folder} continues")
-    return env_id, settings_from({**dataclasses.asdict(settings), **changes}), folder, 0
+    for name in (CHECKPOINT, *EARLIER, POLICY, CURVE, PICTURE):
+        if (folder / name).exists():
+            raise InputError(f"--out {folder}: has {name}; must be a folder without it")
+    settings = settings_from({**dataclasses.asdict(settings), **changes})
+    file = folder / SETTINGS
+    if file.exists() and read_settings(file) != settings:
+        raise InputError(f"--out {folder}: has {SETTINGS} with other settings; must have none")
+    return env_id, settings, folder, 0
 
 
 def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
@@ -172,7 +191,7 @@ def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
         if getattr(options, name) not in (None, []):
             raise InputError(f"--resume {options.resume}: not allowed with {name}")
     folder = options.resume
-    file = folder / CHECKPOINT / STATE
+    file = checkpoint_of(folder) / STATE
     if not file.exists():
         raise InputError(f"--resume {folder}: has no checkpoint")
     try:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.episode_player import make_player, play_jobs
+from walker_sim.episode_player import make_player
 from walker_sim.training.policy_file import PolicyFile, to_bytes
 from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
-from walker_sim.training.stage import Stage
+from walker_sim.training.stage import Stage, Stopped
 
 ADAM = (0.9, 0.99, 1e-8)  # decay of the mean, decay of the mean square, lower bound of its root
 HIDDEN_SCALE = 0.3  # of what a linear policy becomes in tanh units, where they are nearly linear
@@ -56,13 +56,19 @@ class Evolution(Stage):
         return self._mean_return
 
     def learn(self) -> None:
-        while not self.is_done and not self.wants_to_stop:
-            due = self.next_evaluation
-            self.update()
-            self.report(self, None)
-            if self.steps >= due:
+        while not self.wants_to_stop:
+            if self.steps >= self.next_evaluation:
                 self.evaluate()
                 self.save_checkpoint()
+            if self.is_done:
+                return
+            before = pickle.dumps(self._state())
+            try:
+                self.update()
+            except Stopped:
+                self._set_state(pickle.loads(before))  # the update is repeated as if never begun
+                raise
+            self.report(self, None)
 
     def update(self) -> None:
         """Compares a population, and moves towards the better ones."""
@@ -79,7 +85,7 @@ class Evolution(Stage):
             for offset in range(settings.episodes):
                 number = group * settings.episodes + offset
                 jobs.append((index, self.first_seed + number, number % len(worlds)))
-        episodes = play_jobs(self._player, networks, worlds, jobs)
+        episodes = self.play(self._player, networks, worlds, jobs)
         returns = np.array([episode.episode_return for episode in episodes])
         returns = returns.reshape(len(candidates), settings.episodes)
         worth = returns.mean(axis=1) - settings.deviation_weight * returns.std(axis=1)
@@ -111,7 +117,13 @@ class Evolution(Stage):
         pass  # the player has no thread while it does not play
 
     def save(self, folder: Path) -> None:
-        state = {
+        (folder / "evolution.pkl").write_bytes(pickle.dumps(self._state()))
+
+    def load(self, folder: Path) -> None:
+        self._set_state(pickle.loads((folder / "evolution.pkl").read_bytes()))
+
+    def _state(self) -> dict[str, Any]:
+        return {
             "optimiser": self._optimiser,
             "recent": list(self._recent),
             "first": self._first,
@@ -119,10 +131,8 @@ class Evolution(Stage):
             "template": self._template,
             "counts": (self._steps, self._updates, self._mean_return),
         }
-        (folder / "evolution.pkl").write_bytes(pickle.dumps(state))
 
-    def load(self, folder: Path) -> None:
-        state = pickle.loads((folder / "evolution.pkl").read_bytes())
+    def _set_state(self, state: dict[str, Any]) -> None:
         self._optimiser, self._sums = state["optimiser"], state["sums"]
         self._optimiser.settings = self.settings
         self._first = state["first"]

@@ -166,15 +166,13 @@ class _Hooks(BaseCallback):
         super().__init__()
         self._training = training
         self._updates = training.model._n_updates
-        self._next_evaluation = training.next_evaluation
 
     def _on_rollout_start(self) -> None:
         training = self._training
         if training.model._n_updates > self._updates:
             self._updates = training.model._n_updates
             training.after_update()
-            if training.steps >= self._next_evaluation:
-                self._next_evaluation = training.next_evaluation
+            if training.steps >= training.next_evaluation:
                 training.evaluate()
                 training.save_checkpoint()
         training.before_rollout()

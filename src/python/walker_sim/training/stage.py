@@ -16,16 +16,21 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
-from walker_sim.episode_player import make_player, play_jobs
+from walker_sim.episode_player import PlayedEpisode, make_player, play_jobs
 from walker_sim.errors import UnknownKeyword
+from walker_sim.files import replace_file
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes, write_policy
-from walker_sim.training.settings import Settings, write_settings
+from walker_sim.training.settings import Settings, read_settings, write_settings
 from walker_sim.worlds import World
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
 STATE = "state.json"  # in the checkpoint
+SLOTS = ("a", "b")
+"""Folders of the checkpoint with the learner's files. STATE names the one that is in use."""
+EARLIER = (f"{CHECKPOINT}.new", f"{CHECKPOINT}.old")
+"""Complete copies that are left if a version without slots was killed between two renames."""
 CURVE, PICTURE = "curve.csv", "curve.png"
 FIRST_CHOICE_SEED = 2_000_000
 """First seed of the episodes that decide which policy is kept. Those of the model cards in
@@ -34,6 +39,10 @@ FIRST_TRIAL_SEED = 1 << 39
 """First seed of the episodes that decide whether a curriculum's ranges grow."""
 FIRST_TRAINING_SEED = 1 << 40
 """Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
+
+
+class Stopped(Exception):
+    """A signal has stopped the training while it played episodes, which are dropped."""
 
 
 class Stage(ABC):
@@ -77,6 +86,8 @@ class Stage(ABC):
         self.points: list[Point] = []
         self.best = -np.inf
         self.wants_to_stop = False
+        self._is_playing = False
+        self._slot = ""  # of the checkpoint; empty: there is none, or its files are beside STATE
         # All stages are compared by the same episodes: those of what the training aims at.
         self.goal = settings.stage(settings.num_stages - 1)
         curricula: list[Curriculum | None] = []
@@ -137,8 +148,10 @@ class Stage(ABC):
     @property
     def next_evaluation(self) -> int:
         """The number of this stage's steps at which the next evaluation is due."""
-        every = self.settings.evaluate_every
-        return (self.steps // every + 1) * every
+        every, evaluated = self.settings.evaluate_every, 0
+        if self.points:
+            evaluated = max(self.points[-1].steps - self._steps_before, 0)
+        return (evaluated // every + 1) * every
 
     @property
     def all_steps(self) -> int:
@@ -153,6 +166,11 @@ class Stage(ABC):
     @property
     def is_done(self) -> bool:
         return self.steps >= self.settings.steps
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the policy after the last step has been evaluated."""
+        return self.is_done and bool(self.points) and self.points[-1].steps == self.all_steps
 
     @property
     def world(self) -> World:
@@ -187,33 +205,46 @@ class Stage(ABC):
         self._steps_before = state["steps_before"]
         if self.curriculum:
             self.curriculum.moves, self._trials = state["moves"], state["trials"]
-        self.load(self.folder / CHECKPOINT)
+        self.load(checkpoint_of(self.folder) / self._slot)
 
     def _continue(self, state: dict[str, Any]) -> None:
-        self.points = read_curve(self.folder / CURVE) if (self.folder / CURVE).exists() else []
-        self.best = state["best"]
+        points = read_curve(self.folder / CURVE) if (self.folder / CURVE).exists() else []
+        # A training that is killed after an evaluation and before its checkpoint repeats it.
+        count = state.get("points", len(points))
+        self.points = points[:count]
+        # The policy of such an evaluation may have been kept.
+        self.best = max([state["best"], *(point.evaluation_return for point in points[count:])])
         self._evaluating = -state["seconds"]
+        self._slot = state["files"] if state.get("files") in SLOTS else ""
 
     def run(self) -> None:
         """Learns until the last step, `wants_to_stop`, SIGINT or SIGTERM; saves a checkpoint."""
         self._began = time.monotonic()
-        write_settings(self.whole, self.folder / SETTINGS)
+        file = self.folder / SETTINGS
+        if not file.exists() or read_settings(file) != self.whole:
+            write_settings(self.whole, file)
         handlers = {
             number: signal.signal(number, self._stop_soon)
             for number in (signal.SIGINT, signal.SIGTERM)
         }
+        try:
+            self._run()
+            self.save_checkpoint()
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+
+    def _run(self) -> None:
         try:
             if self.best == -np.inf and (self.index > 0 or self.settings.start is not None):
                 self.evaluate()  # the policy to start from is the best so far
                 self.save_checkpoint()
             if not self.is_done and not self.wants_to_stop:
                 self.learn()
-            if self.is_done and not (self.points and self.points[-1].steps == self.all_steps):
+            if self.is_done and not self.is_complete:
                 self.evaluate()
-            self.save_checkpoint()
-        finally:
-            for number, handler in handlers.items():
-                signal.signal(number, handler)
+        except Stopped:
+            pass  # the checkpoint continues before the dropped episodes
 
     @abstractmethod
     def close(self) -> None:
@@ -288,39 +319,60 @@ class Stage(ABC):
         """Returns the return of each episode, played without exploration."""
         network = _core.Policy.from_bytes(f"after {self.all_steps} steps", to_bytes(policy))
         jobs = [(0, first_seed + index, 0) for index in range(episodes)]
-        played = play_jobs(self._evaluator, [network], [dict(world)], jobs)
+        played = self.play(self._evaluator, [network], [dict(world)], jobs)
         return np.array([episode.episode_return for episode in played])
+
+    def play(self, *arguments: Any) -> list[PlayedEpisode]:
+        """Plays episodes as `play_jobs`; Stopped once a signal has stopped the training."""
+        self._is_playing = True
+        try:
+            if self.wants_to_stop:
+                raise Stopped
+            return play_jobs(*arguments)
+        finally:
+            self._is_playing = False
 
     def save_checkpoint(self) -> None:
         """Saves the state for `resume`. The old checkpoint stays until this one is complete."""
-        folder, unfinished = self.folder / CHECKPOINT, self.folder / f"{CHECKPOINT}.new"
-        shutil.rmtree(unfinished, ignore_errors=True)
-        unfinished.mkdir()
-        self.save(unfinished)
+        folder = self.folder / CHECKPOINT
+        slot = SLOTS[self._slot == SLOTS[0]]
+        shutil.rmtree(folder / slot, ignore_errors=True)  # incomplete if a training was killed
+        (folder / slot).mkdir(parents=True)
+        self.save(folder / slot)
         state = {
             "id": self.env_id,
             "stage": self.index,
-            "is_done": self.is_done,
+            "is_done": self.is_complete,
             "steps": self.all_steps,
             "steps_before": self._steps_before,
             "seconds": self.seconds,
             "best": self.best,
+            "points": len(self.points),
+            "files": slot,
             **({"moves": self.curriculum.moves, "trials": self._trials} if self.curriculum else {}),
         }
-        (unfinished / STATE).write_text(json.dumps(state, indent=1) + "\n")
-        old = self.folder / f"{CHECKPOINT}.old"
-        shutil.rmtree(old, ignore_errors=True)
-        if folder.exists():
-            folder.rename(old)
-        unfinished.rename(folder)
-        shutil.rmtree(old, ignore_errors=True)
+        replace_file(folder / STATE, (json.dumps(state, indent=1) + "\n").encode())
+        if self._slot:
+            shutil.rmtree(folder / self._slot, ignore_errors=True)
+        self._slot = slot
 
     def _stop_soon(self, *_: object) -> None:
         self.wants_to_stop = True
+        if self._is_playing:
+            raise Stopped
+
+
+def checkpoint_of(folder: Path) -> Path:
+    """Returns the folder of a training's checkpoint, whether or not it exists."""
+    for name in (CHECKPOINT, *EARLIER):
+        if (folder / name / STATE).exists():
+            return folder / name
+    return folder / CHECKPOINT
 
 
 def read_state(folder: Path) -> dict[str, Any]:
     """Returns the state of a training's checkpoint: id, stage, steps, best return. OSError if the
     file is missing."""
-    state: dict[str, Any] = json.loads((folder / CHECKPOINT / STATE).read_text(encoding="utf-8"))
+    text = (checkpoint_of(folder) / STATE).read_text(encoding="utf-8")
+    state: dict[str, Any] = json.loads(text)
     return state
