@@ -221,7 +221,9 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
       effects->load(reader);
     }
   }
-  std::function<void()> load_robot = robot_->load(reader, values);
+  const bool is_alive =
+      read_state.has_begun() && (!read_state.has_ended() || read_state.error.empty());
+  std::function<void()> load_robot = robot_->load(reader, values, is_alive);
   reader.finish();
   return [this, read_state = std::move(read_state), generator, world, effects,
           load_robot = std::move(load_robot)] {

@@ -126,9 +126,11 @@ class WALKER_SIM_EXPORT Robot {
 
   /// Reads and validates what `save` wrote, up to the end.
   /// @param values the argument of `set_world` in the saved episode
+  /// @param is_alive whether that episode may step or be observed, so that its reset has succeeded
   /// @return a function that applies values and state; it throws at most std::bad_alloc
   /// @throws std::invalid_argument naming the error
-  virtual std::function<void()> load(StateReader& reader, const WorldValues& values) = 0;
+  virtual std::function<void()> load(StateReader& reader, const WorldValues& values,
+                                     bool is_alive) = 0;
 
   /// Sets generalized positions and velocities, as Gymnasium's `set_state` does; control and time
   /// do not change.

@@ -27,8 +27,9 @@ class Frozen : public Robot {
   void sense(Sensors& sensors) override { robot_->sense(sensors); }
   void scene(Scene& scene) const override { robot_->scene(scene); }
   void save(StateWriter& writer) const override { robot_->save(writer); }
-  std::function<void()> load(StateReader& reader, const WorldValues& values) override {
-    return robot_->load(reader, values);
+  std::function<void()> load(StateReader& reader, const WorldValues& values,
+                             bool is_alive) override {
+    return robot_->load(reader, values, is_alive);
   }
 
  private:

@@ -23,7 +23,8 @@ class BareRobot : public Robot {
   void sense(Sensors& /*sensors*/) override {}
   void scene(Scene& /*scene*/) const override {}
   void save(StateWriter& /*writer*/) const override { throw std::logic_error("save"); }
-  std::function<void()> load(StateReader& /*reader*/, const WorldValues& /*values*/) override {
+  std::function<void()> load(StateReader& /*reader*/, const WorldValues& /*values*/,
+                             bool /*is_alive*/) override {
     throw std::logic_error("load");
   }
 

@@ -232,9 +232,11 @@ void BipedalWalker::save(StateWriter& writer) const {
   physics_->save(writer);
 }
 
-std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues& values) {
+std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues& values,
+                                          bool is_alive) {
   const WorldSettings world = settings_of(values);
   if (!reader.flag()) {  // the next reset makes a world
+    if (is_alive) refuse_state("it has no world");
     return [this, world] {
       physics_.reset();
       next_world_ = world;

@@ -36,7 +36,8 @@ class BipedalWalker : public Robot {
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   void save(StateWriter& writer) const override;
-  std::function<void()> load(StateReader& reader, const WorldValues& values) override;
+  std::function<void()> load(StateReader& reader, const WorldValues& values,
+                             bool is_alive) override;
 
  private:
   friend class BrokenWorldTest;  // simulates a failed assertion

@@ -362,7 +362,8 @@ void PlanarRobot::save(StateWriter& writer) const {
   if (course_) writer.numbers(course_origin_.data(), course_origin_.size());
 }
 
-std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& values) {
+std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& values,
+                                        bool is_alive) {
   if (reader.number<std::uint64_t>() != model_fingerprint()) {
     throw std::invalid_argument("the state is of another model than this " + specification_.id +
                                 "; has a file changed that its parameters name?");
@@ -386,6 +387,7 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
       course = std::make_shared<Course>(generator, *level);
     }
   }
+  if (is_alive && level && !course) refuse_state("its level has no course");
   return [this, model, level, origin, course, lidar_range, x_before_step, velocity_before_step,
           state] {
     lidar_range_ = lidar_range;

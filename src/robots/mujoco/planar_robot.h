@@ -63,7 +63,8 @@ class PlanarRobot : public Robot {
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   void save(StateWriter& writer) const override;
-  std::function<void()> load(StateReader& reader, const WorldValues& values) override;
+  std::function<void()> load(StateReader& reader, const WorldValues& values,
+                             bool is_alive) override;
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity,
                        double* info) override;
 

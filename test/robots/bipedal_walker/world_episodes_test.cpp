@@ -23,7 +23,7 @@ std::vector<std::byte> saved(const Robot& robot) {
 
 void load(Robot& robot, const std::vector<std::byte>& bytes, const WorldValues& values) {
   StateReader reader(bytes.data(), bytes.size());
-  const auto apply = robot.load(reader, values);
+  const auto apply = robot.load(reader, values, true);
   reader.finish();
   apply();
 }
