@@ -197,7 +197,7 @@ def test_an_extension_module_of_a_newer_system(files):
     assert "compiled for a newer system" in remedy
 
 
-@pytest.mark.parametrize("name", ["argparse", "copy", "gymnasium", "numpy", "random", "socket"])
+@pytest.mark.parametrize("name", ["argparse", "gymnasium", "numpy", "random", "socket", "uuid"])
 def test_a_file_that_hides_a_module(tmp_path, name):
     module(tmp_path, name, "raise RuntimeError('imported')")
     text, remedy = fault(f"{name}.py", path=[tmp_path])

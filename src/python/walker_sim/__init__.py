@@ -8,10 +8,16 @@ and services still work.
 
 from __future__ import annotations
 
+import sys
+
+if getattr(sys, "argv", [])[:2] == ["-m", "doctor"]:
+    from walker_sim import shadowing
+
+    shadowing.unhide()  # before the imports that a file of the user's may break
+
 import importlib
 import importlib.util
 import pkgutil
-import sys
 from typing import TYPE_CHECKING, Any
 
 # A ROS workspace and an installed wheel may both be on the path, in either order. The messages come
@@ -83,11 +89,6 @@ def __getattr__(name: str) -> Any:
         return getattr(importlib.import_module(f"walker_sim.{_MODULES[name]}"), name)
     raise AttributeError(f"module 'walker_sim' has no attribute {name!r}")
 
-
-if getattr(sys, "argv", [])[:2] == ["-m", "doctor"]:
-    from walker_sim import shadowing
-
-    shadowing.unhide()
 
 if importlib.util.find_spec("gymnasium") is not None:
     try:
