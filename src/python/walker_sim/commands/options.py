@@ -138,6 +138,8 @@ def chosen_seeds(options: argparse.Namespace) -> list[int]:
 
 def count(text: str, least: int = 1) -> int:
     """Parses an integer from `least`, 0 or 1, for argparse."""
+    if re.fullmatch(r"[0-9]{19,}", text):  # the core takes 64 bits
+        raise argparse.ArgumentTypeError(f"{text}: must be below 10^18")
     if not re.fullmatch(r"[0-9]+", text) or int(text) < least:
         limit = "above" if least else "from"
         raise argparse.ArgumentTypeError(f"{text}: must be a whole number {limit} 0")
@@ -177,7 +179,7 @@ def _episodes(text: str) -> int:
 def _seeds(text: str) -> list[int]:
     seeds: list[int] = []
     for part in text.split(","):
-        found = re.fullmatch(r" *([0-9]+)(?::([0-9]+))? *", part)
+        found = re.fullmatch(r" *([0-9]{1,4000})(?::([0-9]{1,4000}))? *", part)
         if not found:
             raise argparse.ArgumentTypeError(
                 f"{text}: must be comma-separated seeds and ranges, e.g. 0:100 or 3,7,20:30"
