@@ -1,4 +1,4 @@
-// Lets a host interrupt long operations: compiling a model, creating many environments.
+// Lets a host interrupt long operations: compiling a model, creating or stepping many environments.
 #pragma once
 
 #include <poll.h>
@@ -13,7 +13,8 @@ using Poll = int (*)(pollfd* files, nfds_t num_files, int timeout);
 
 /// Sets the process-wide function that long operations call in the caller's thread. The default is
 /// ::poll: a signal either ends the process or has no effect on the operation.
-WALKER_SIM_EXPORT void set_poll(Poll poll);
+/// @param interrupts_steps whether steps call it, too; a server completes a step before it ends
+WALKER_SIM_EXPORT void set_poll(Poll poll, bool interrupts_steps = false);
 
 /// Polls one file with the host's `Poll`. The timeout is in ms, the result as ::poll's.
 /// @throws Interrupted
@@ -21,5 +22,9 @@ int poll_interruptibly(pollfd& file, int timeout);
 
 /// @throws Interrupted if a signal has arrived that ends the operation
 void check_interruption();
+
+/// As `check_interruption`, at most every 50 ms in each thread, and only if the host interrupts
+/// steps. Otherwise it only reads the clock.
+void check_step_interruption();
 
 }  // namespace walker

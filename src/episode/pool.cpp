@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -137,6 +138,7 @@ struct Pool::Implementation {
 
   /// Steps environments together, or resets those whose reset is due, and writes their rows.
   void work(const std::uint32_t* indices, std::size_t count) {
+    if (is_dropping.load(std::memory_order_relaxed)) return drop(indices, count);
     std::array<Episode::GroupStep, kMaxGroupSize> steps;
     for (std::size_t i = 0; i < count; ++i) {
       Slot& slot = slots[indices[i]];
@@ -159,6 +161,14 @@ struct Pool::Implementation {
                   [this](std::uint32_t i) { write(slots[i], *batch, i); });
   }
 
+  /// Leaves the environments as they are.
+  void drop(const std::uint32_t* indices, std::size_t count) {
+    std::for_each(indices, indices + count, [this](std::uint32_t i) {
+      slots[i].wants_reset = false;
+      slots[i].seed = std::nullopt;
+    });
+  }
+
   void keep_final(Slot& slot) const {
     slot.has_final = options.autoreset_mode == AutoresetMode::same_step && slot.state().has_ended();
     if (slot.has_final) slot.final_state = slot.state();
@@ -166,7 +176,8 @@ struct Pool::Implementation {
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
 
-  /// Steps or resets environments and blocks until all are done.
+  /// Steps or resets environments and blocks until all are done. An interruption drops those that
+  /// no thread has begun.
   /// @param rows output for all environments, written by the threads; null: the caller writes it
   void run(const double* wanted_actions, const Batch* rows, const std::uint32_t* environments,
            std::size_t count) {
@@ -175,7 +186,14 @@ struct Pool::Implementation {
     std::for_each(environments, environments + count,
                   [this](std::uint32_t index) { threads.add(index); });
     threads.start(num_groups(count) - 1);  // the caller works on one itself
-    threads.collect(count, arrived.data());
+    try {
+      threads.collect(count, arrived.data(), check_step_interruption);
+    } catch (...) {  // the threads use the caller's arrays
+      is_dropping = true;
+      threads.collect(count, arrived.data());
+      is_dropping = false;
+      throw;
+    }
   }
 
   void begin_sending() {
@@ -270,6 +288,7 @@ struct Pool::Implementation {
   std::vector<double> sent_actions;  // num_envs x action size; empty before the first list
   std::size_t action_size;
   std::size_t group_size;
+  std::atomic<bool> is_dropping{false};
   // Read by the threads; constant while environments are under way.
   const double* actions = nullptr;  // num_envs x action size
   const Batch* batch = nullptr;     // rows of all environments; null: the threads write none
@@ -347,7 +366,7 @@ void Pool::recv(const Batch& batch, std::uint32_t* environments) {
                            " environments are under way; must be at least " + std::to_string(size) +
                            ", the batch size");
   }
-  pool.threads.collect(size, environments);
+  pool.threads.collect(size, environments, check_step_interruption);
   for (std::size_t row = 0; row < size; ++row) {
     pool.is_under_way[environments[row]] = 0;
     write(pool.slots[environments[row]], batch, row);
@@ -370,6 +389,7 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
   }
   std::vector<std::function<void()>> loads(states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
+    check_step_interruption();
     try {
       loads[i] = pool.slots[listed[i]].episode->read_state(states[i].data(), states[i].size());
     } catch (const std::invalid_argument& error) {
@@ -394,6 +414,7 @@ void Pool::set_world(const std::vector<std::uint32_t>& environments,
   }
   std::vector<std::shared_ptr<const CheckedWorld>> checked(worlds.size());
   for (std::size_t i = 0; i < worlds.size(); ++i) {
+    check_step_interruption();
     checked[i] = CheckedWorld::share(specification(), worlds[i]);
   }
   for (std::size_t i = 0; i < listed.size(); ++i) {

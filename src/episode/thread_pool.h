@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <deque>
 #include <functional>
 #include <limits>
@@ -124,12 +125,17 @@ class ThreadPool {
 
   /// Processes items until `count` uncollected ones are done, and collects these.
   /// @param items receives `count` items in the order of completion
-  void collect(std::size_t count, std::uint32_t* items) {
+  /// @param check called between items and while waiting. What it throws ends the call, which has
+  ///              then collected no item; threads continue with those that have been started
+  template <typename Check>
+  void collect(std::size_t count, std::uint32_t* items, const Check& check) {
     const auto awaited = static_cast<std::uint32_t>(num_collected_ + count);
-    while (is_before(num_done_.load(), awaited) && work_once(0)) {
-    }
-    await(awaited);
+    while (is_before(num_done_.load(), awaited) && work_once(0)) check();
+    await(awaited, check);
     std::generate_n(items, count, [this] { return next_done(); });
+  }
+  void collect(std::size_t count, std::uint32_t* items) {
+    collect(count, items, [] {});
   }
 
  private:
@@ -167,8 +173,10 @@ class ThreadPool {
   }
 
   /// Sleeps until `futex_wake` if `number` equals `old`. May wake spuriously.
-  static void futex_wait(const std::atomic<std::uint32_t>& number, std::uint32_t old) {
-    syscall(SYS_futex, &number, FUTEX_WAIT_PRIVATE, old, nullptr, nullptr, 0);
+  /// @param timeout null: none
+  static void futex_wait(const std::atomic<std::uint32_t>& number, std::uint32_t old,
+                         const timespec* timeout) {
+    syscall(SYS_futex, &number, FUTEX_WAIT_PRIVATE, old, timeout, nullptr, 0);
   }
 
   static void futex_wake(const std::atomic<std::uint32_t>& number, int count) {
@@ -209,7 +217,7 @@ class ThreadPool {
       if (is_stopping_.load(std::memory_order_relaxed)) return;
       if (work_once(thread) || spin_while_equal(num_starts_, num_starts, has_processors_)) continue;
       num_sleepers_.fetch_add(1);
-      futex_wait(num_starts_, num_starts);
+      futex_wait(num_starts_, num_starts, nullptr);
       num_sleepers_.fetch_sub(1);
     }
   }
@@ -238,14 +246,17 @@ class ThreadPool {
     if (caller_sleeps_.load() && !is_before(num_done, awaited_.load())) futex_wake(num_done_, 1);
   }
 
-  void await(std::uint32_t awaited) {
+  template <typename Check>
+  void await(std::uint32_t awaited, const Check& check) {
+    constexpr timespec kCheckInterval{0, 50'000'000};
     while (true) {
       const std::uint32_t num_done = num_done_.load();
       if (!is_before(num_done, awaited)) return;
+      check();
       if (spin_while_equal(num_done_, num_done, has_processors_)) continue;
       awaited_.store(awaited);
       caller_sleeps_.store(true);
-      futex_wait(num_done_, num_done);
+      futex_wait(num_done_, num_done, &kCheckInterval);
       caller_sleeps_.store(false);
     }
   }

@@ -27,6 +27,11 @@ namespace {
 // More make no step faster, and more of them idle while the last episodes end.
 constexpr std::size_t kEnvsPerThread = 64;
 
+// Rows of a network between two checks for an interruption.
+constexpr std::size_t kRowsPerCheck = 16;
+
+struct Stopping {};  // ends a worker after the failure of another one
+
 /// One call of `play`, shared by its threads.
 class Call {
  public:
@@ -47,7 +52,12 @@ class Call {
     return job < jobs.size() ? std::optional(job) : std::nullopt;
   }
 
-  bool is_stopping() const { return is_stopping_; }
+  /// Call between groups of environments, in every thread.
+  /// @throws Stopping; Interrupted in the caller's thread
+  void check() const {
+    if (is_stopping_) throw Stopping();
+    if (std::this_thread::get_id() == caller_) check_step_interruption();
+  }
 
   void finish(std::size_t job, PlayedEpisode episode) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -66,7 +76,7 @@ class Call {
   /// Hands over the outcomes so far, in the caller's thread.
   /// @param patience upper bound of the time to wait for one
   void deliver(const EpisodePlayer::Receive& receive, std::chrono::milliseconds patience) {
-    check_interruption();
+    check_step_interruption();
     std::vector<std::pair<std::size_t, PlayedEpisode>> delivered;
     {
       std::unique_lock<std::mutex> lock(mutex_);
@@ -86,6 +96,7 @@ class Call {
  private:
   std::atomic<std::size_t> next_job_{0};
   std::atomic<bool> is_stopping_{false};
+  std::thread::id caller_ = std::this_thread::get_id();
   std::mutex mutex_;
   std::condition_variable has_news_;
   std::vector<std::pair<std::size_t, PlayedEpisode>> finished_;
@@ -114,9 +125,9 @@ class Worker {
     free_.clear();
     for (const std::unique_ptr<Slot>& slot : slots_) free_.push_back(slot.get());
     const std::size_t action_size = specification().action_size();
-    while (begin_episodes(call), !playing_.empty() && !call.is_stopping()) {
+    while (begin_episodes(call), !playing_.empty()) {
       act(call);
-      step_together(playing_, [this, action_size](std::size_t i) {
+      step_together(playing_, call, [this, action_size](std::size_t i) {
         return Episode::GroupStep{playing_[i]->episode.get(), &actions_[i * action_size]};
       });
       const auto ended = std::stable_partition(playing_.begin(), playing_.end(), is_running);
@@ -149,7 +160,7 @@ class Worker {
         assign(*begun.back(), *job, call);
       }
       if (begun.empty()) return;
-      step_together(begun, [&](std::size_t i) {
+      step_together(begun, call, [&](std::size_t i) {
         return Episode::GroupStep{begun[i]->episode.get(), nullptr, call.jobs[begun[i]->job].seed};
       });
       for (Slot* slot : begun) {
@@ -198,8 +209,11 @@ class Worker {
       while (end < playing_.size() && playing_[end]->network == &network) ++end;
       // Networks of other sizes need other memory.
       if (!scratch_ || !scratch_->fits(network.network())) scratch_.emplace(network.network());
-      network.act(&observations_[begin * observation_size], end - begin,
-                  &actions_[begin * action_size], *scratch_);
+      for (std::size_t i = begin; i < end; i += kRowsPerCheck) {
+        call.check();
+        network.act(&observations_[i * observation_size], std::min(kRowsPerCheck, end - i),
+                    &actions_[i * action_size], *scratch_);
+      }
     }
     const auto wrong = std::find_if(actions_.begin(), actions_.end(),
                                     [](double action) { return !std::isfinite(action); });
@@ -222,12 +236,13 @@ class Worker {
   /// Steps or resets the environments of slots.
   /// @param step_of returns the step of the slot at an index
   template <typename StepOf>
-  static void step_together(const std::vector<Slot*>& slots, StepOf step_of) {
+  static void step_together(const std::vector<Slot*>& slots, const Call& call, StepOf step_of) {
     const std::size_t group_size = slots.front()->episode->group_size();
     std::array<Episode::GroupStep, kMaxGroupSize> steps;
     for (std::size_t begin = 0; begin < slots.size(); begin += group_size) {
       const std::size_t count = std::min(group_size, slots.size() - begin);
       for (std::size_t i = 0; i < count; ++i) steps[i] = step_of(begin + i);
+      call.check();
       Episode::step_group(steps.data(), count);
     }
   }
@@ -288,7 +303,7 @@ struct EpisodePlayer::Implementation {
   }
 
   std::unique_ptr<Episode> make_one() const {
-    check_interruption();
+    check_step_interruption();
     return std::unique_ptr<Episode>(&episode_of(*make().release()));
   }
 

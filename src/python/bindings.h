@@ -4,7 +4,10 @@
 #include <pybind11/pybind11.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <mutex>
+
+#include "base/interruption.h"
 
 namespace walker::python {
 
@@ -36,7 +39,10 @@ class GilRelease {
   GilRelease() { released_state = PyEval_SaveThread(); }
   GilRelease(const GilRelease&) = delete;
   GilRelease& operator=(const GilRelease&) = delete;
-  ~GilRelease() { acquire_gil(); }
+  ~GilRelease() {
+    acquire_gil();
+    released_state = nullptr;
+  }
 };
 
 /// Takes the GIL again during its lifetime, within that of a `GilRelease` of the same thread.
@@ -48,14 +54,24 @@ class GilHold {
   ~GilHold() { released_state = PyEval_SaveThread(); }
 };
 
+/// Locks the mutex, without the GIL, whose owner may be waiting for it.
+/// @throws Interrupted if a signal handler has raised meanwhile
+inline std::unique_lock<std::timed_mutex> lock_interruptibly(std::timed_mutex& mutex) {
+  constexpr std::chrono::milliseconds kCheckInterval{50};
+  std::unique_lock<std::timed_mutex> lock(mutex, std::try_to_lock);
+  while (!lock.owns_lock() && !lock.try_lock_for(kCheckInterval)) check_interruption();
+  return lock;
+}
+
 /// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.
 class GilFreeLock {
  public:
-  explicit GilFreeLock(std::mutex& mutex) : lock_(mutex) {}
+  /// @throws Interrupted
+  explicit GilFreeLock(std::timed_mutex& mutex) : lock_(lock_interruptibly(mutex)) {}
 
  private:
   GilRelease released_;
-  std::lock_guard<std::mutex> lock_;
+  std::unique_lock<std::timed_mutex> lock_;
 };
 
 }  // namespace walker::python

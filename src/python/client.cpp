@@ -323,8 +323,10 @@ class ClientBinding {
   /// @throws as the function; the exception that a signal handler has raised
   template <typename Function>
   std::invoke_result_t<Function> call(const Function& function, bool refusal_loses = true) {
+    bool has_begun = false;
     try {
       const GilFreeLock lock = enter();
+      has_begun = true;
       return function();
     } catch (const ConnectionError&) {
       is_lost_ = true;
@@ -333,7 +335,7 @@ class ClientBinding {
       if (refusal_loses) is_lost_ = true;
       throw;
     } catch (const Interrupted&) {
-      is_lost_ = true;
+      is_lost_ = is_lost_ || has_begun;  // else another thread's call was awaited
       throw py::error_already_set();
     }
   }
@@ -433,7 +435,7 @@ class ClientBinding {
   Specification specification_;
   std::optional<Client> client_;
   ServerSpecification server_;
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   unsigned num_forks_ = num_forks();
   std::atomic<bool> is_lost_{false};
   Transition transition_;

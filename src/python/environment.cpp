@@ -165,7 +165,7 @@ class EnvironmentBinding {
  private:
   std::string id_;
   Parameters parameters_;
-  mutable std::mutex mutex_;
+  mutable std::timed_mutex mutex_;
   std::unique_ptr<Episode> episode_;
 };
 
@@ -230,7 +230,7 @@ class RendererBinding {
     auto depths = to_output<DepthOutput>(depth, "depth", num_pixels);
     const GilRelease released;
     const auto picture = exit_guard().begin_picture();
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto lock = lock_interruptibly(mutex_);
     renderer_->render(captured, {colors.has_value(), depths.has_value()}, image_);
     if (colors) colors->write(image_.rgb.data());
     if (depths) depths->write(image_.depth.data());
@@ -238,7 +238,7 @@ class RendererBinding {
 
  private:
   std::unique_ptr<Renderer> renderer_;
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   Image image_;
 };
 

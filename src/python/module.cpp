@@ -50,8 +50,14 @@ void translate(std::exception_ptr thrown) {
 /// thread only.
 /// @throws Interrupted if a signal handler has raised, as that of Ctrl-C does
 int poll_as_python(pollfd* files, nfds_t num_files, int timeout) {
-  if (PyGILState_Check() == 0) return ::poll(files, num_files, timeout);  // cannot run handlers
   int result = 0;
+  if (PyGILState_Check() == 0) {
+    result = ::poll(files, num_files, timeout);
+    if (released_state == nullptr) return result;  // a thread of ours cannot run handlers
+    const GilHold hold;
+    if (PyErr_CheckSignals() != 0) throw Interrupted();
+    return result;
+  }
   if (timeout == 0) {
     result = ::poll(files, num_files, timeout);
   } else {
@@ -102,7 +108,7 @@ py::dict registration_of(const std::string& id) {
 // cppcheck-suppress syntaxError  // which knows no macro of pybind11
 PYBIND11_MODULE(_core, module) {
   py::register_exception_translator(&translate);
-  set_poll(&poll_as_python);
+  set_poll(&poll_as_python, true);
   module.attr("__version__") = version();
   module.def("shown", &shown);
   module.def("ids", &ids);

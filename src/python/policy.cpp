@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/interruption.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/agent.h"
@@ -81,12 +83,17 @@ class PolicyBinding : public Policy {
     Output output(actions, "actions", rows * action_size());
     const GilFreeLock lock(mutex_);
     actions_.resize(output.size());
-    Policy::act(input.data(), rows, actions_.data());
+    constexpr std::size_t kRowsPerCheck = 16;
+    for (std::size_t row = 0; row < rows; row += kRowsPerCheck) {
+      check_step_interruption();
+      Policy::act(input.data() + row * observation_size(), std::min(kRowsPerCheck, rows - row),
+                  actions_.data() + row * action_size());
+    }
     output.write(actions_.data());
   }
 
  private:
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   std::vector<double> actions_;  // of the last call; keeps its memory
 };
 
@@ -122,7 +129,7 @@ class EpisodePlayerBinding {
   }
 
  private:
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   EpisodePlayer player_;
 };
 

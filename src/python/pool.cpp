@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/interruption.h"
 #include "episode/episode.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -165,7 +166,10 @@ class PoolBinding {
     std::vector<std::vector<std::byte>> states(environments.size());
     {
       const GilFreeLock lock(mutex_);
-      for (std::size_t i = 0; i < states.size(); ++i) pool_.save_state(environments[i], states[i]);
+      for (std::size_t i = 0; i < states.size(); ++i) {
+        check_step_interruption();
+        pool_.save_state(environments[i], states[i]);
+      }
     }
     py::list list;
     for (const std::vector<std::byte>& state : states) list.append(to_bytes(state));
@@ -260,7 +264,7 @@ class PoolBinding {
   Parameters parameters_;
   PoolOptions options_;
   Pool pool_;
-  std::mutex mutex_;
+  std::timed_mutex mutex_;
   std::atomic<bool> has_worlds_{false};  // false: no environment has a world
   std::vector<std::uint32_t> received_;  // indices of the last `recv`
   // same_step: final rows of the last step or `recv`, in the order of its rows.

@@ -1,8 +1,8 @@
 """Threads and signals: the core releases the GIL during calls, serializes calls on a shared
-environment, and lets signals interrupt a compilation.
+environment, and lets signals interrupt a compilation, steps and episodes.
 
-No test measures time. With a long switch interval, Python does not preempt a thread, so another
-thread runs only if the core releases the GIL.
+Only `ctrl_c` measures time. With a long switch interval, Python does not preempt a thread, so
+another thread runs only if the core releases the GIL.
 """
 
 import os
@@ -18,10 +18,12 @@ import gymnasium
 import numpy as np
 import pytest
 from mujoco_reference import MODELS
-from walker_sim import WalkerEnv
-from walkers import IDS, run_python, through_pickle
+from walker_sim import WalkerEnv, _core, play_out
+from walker_sim.commands.policies import shipped_policy
+from walkers import IDS, assert_same, ctrl_c, make_many, run_python, through_pickle
 
 ENDLESS = {"terminate_when_unhealthy": False}
+SLOW = {"frame_skip": 1000, "num_threads": 2, **ENDLESS}
 MOST_CALLS = 200000
 
 
@@ -237,6 +239,69 @@ def test_ctrl_c_ends_it(make, tmp_path):
         make(str(compilation.path))
     assert_no_child_is_left()
     gymnasium.make(ID, xml_file=str(MODELS["Walker2d-v5"])).close()
+
+
+def test_ctrl_c_ends_episodes_without_end(command):
+    policy = _core.Policy(str(shipped_policy("Hopper-v5")))
+    player = _core.EpisodePlayer("Hopper-v5", {"max_episode_steps": 0, **ENDLESS}, 2, 0, False)
+    jobs = [(0, seed, 0) for seed in range(100)]
+    for call in (
+        lambda: player.play([policy], [], jobs, print),
+        lambda: play_out("Hopper-v5", policy, range(100), max_episode_steps=0, **ENDLESS),
+        lambda: policy.act(np.zeros((10**7, 11)), np.zeros((10**7, 3))),
+    ):
+        with ctrl_c(), pytest.raises(KeyboardInterrupt):
+            call()
+    words = ["max_episode_steps=0", "terminate_when_unhealthy=false"]
+    with ctrl_c(1):
+        command("evaluate", "Hopper-v5", "--policy", "shipped", *words, status=130)
+
+
+def test_walkers_are_usable_after_ctrl_c_in_a_step():
+    envs, twin = (make_many("Walker2d-v5", 1500, autoreset_mode="disabled", **SLOW) for _ in "12")
+    envs.reset(seed=1)
+    actions = np.full((1500, 6), 0.3, np.float32)
+    with ctrl_c(0.2), pytest.raises(KeyboardInterrupt):
+        envs.step(actions)
+    envs.step(actions[:2], [0, 1499])  # every walker is still in its episode
+    for each in (envs, twin):
+        each.reset(seed=2)
+    assert_same(envs.step(actions[:2], [5, 7]), twin.step(actions[:2], [5, 7]))
+
+
+def test_ctrl_c_loses_no_result_of_recv():
+    envs, twin = (make_many("Walker2d-v5", 800, **SLOW) for _ in "12")
+    for each in (envs, twin):
+        each.async_reset(seed=1)
+        each.recv()
+        each.send(np.full((800, 6), 0.3, np.float32))
+    with ctrl_c(0.2), pytest.raises(KeyboardInterrupt):
+        envs.recv()
+    orders = [each.recv() for each in (envs, twin)]
+    rows = [outcome[0][np.argsort(outcome[4]["env_id"])] for outcome in orders]
+    assert rows[0].tobytes() == rows[1].tobytes()
+
+
+def test_ctrl_c_ends_the_wait_for_another_threads_call():
+    policy = _core.Policy(str(shipped_policy("Hopper-v5")))
+    player = _core.EpisodePlayer("Hopper-v5", {"max_episode_steps": 20, **ENDLESS}, 1, 0, False)
+    jobs = [(0, seed, 0) for seed in range(10**5)]
+    has_begun, is_over = threading.Event(), threading.Event()
+
+    def receive(*_):
+        has_begun.set()
+        if is_over.is_set():
+            raise InterruptedError
+
+    with ThreadPoolExecutor(1) as other:
+        playing = other.submit(player.play, [policy], [], jobs, receive)
+        has_begun.wait()
+        try:
+            with ctrl_c(), pytest.raises(KeyboardInterrupt):
+                player.play([policy], [], jobs[:1], receive)
+        finally:
+            is_over.set()
+        assert isinstance(playing.exception(), InterruptedError)
 
 
 def test_handlers_of_other_signals_run_meanwhile(tmp_path):

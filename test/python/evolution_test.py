@@ -6,6 +6,8 @@ import re
 import shutil
 import signal
 import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -124,6 +126,22 @@ def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch, changes):
         curve = [(point.steps, point.evaluation_return, point.training_return) for point in points]
         outcomes.append((str(curve), (folder / "policy.safetensors").read_bytes()))
     assert outcomes[0] == outcomes[1]
+
+
+def test_ctrl_c_ends_episodes_without_end(tmp_path):
+    endless = {"max_episode_steps": 0, "terminate_when_unhealthy": False}
+    training = Evolution(ID, settings_from({**SMALL, "parameters": endless}), tmp_path)
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, interrupt)
+    timer.start()
+    training.run()
+    assert time.monotonic() - sent[0] < 1  # 0.5 on an idle machine
+    assert (training.steps, read_state(tmp_path)["steps"]) == (0, 0)
 
 
 def test_killed_in_a_checkpoint_keeps_a_complete_one(tmp_path):

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import pickle
 import re
+import signal
 import subprocess
 import sys
+import threading
+import time
 
 import gymnasium
 import numpy as np
@@ -21,6 +25,29 @@ IDS = (
 )
 ROBOTS = IDS[2:]  # on MuJoCo
 MODES = ("next_step", "same_step", "disabled")
+
+
+@contextlib.contextmanager
+def ctrl_c(delay=0.5):
+    """Sends SIGINT after a delay, and requires the block to end within a second: half a second is
+    what docs promise on an idle machine."""
+    sent = []
+
+    def send():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    # A shell that starts the tests in the background makes them ignore SIGINT.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(delay, send)
+    timer.start()
+    try:
+        yield
+        assert sent and time.monotonic() < sent[0] + 1
+    finally:
+        timer.cancel()
+        timer.join()
+        signal.signal(signal.SIGINT, before)
 
 
 def make_ours(environment_id, **parameters):
