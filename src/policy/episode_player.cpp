@@ -30,7 +30,7 @@ constexpr std::size_t kEnvsPerThread = 64;
 // Rows of a network between two checks for an interruption.
 constexpr std::size_t kRowsPerCheck = 16;
 
-struct Stopping {};  // ends a worker after the failure of another one
+struct Stopping : std::exception {};  // ends a worker after the failure of another one
 
 /// One call of `play`, shared by its threads.
 class Call {
