@@ -171,7 +171,8 @@ class LockstepTest(ServerTest):
         recorders = self.record_all({**STEPPED, **STATE_VALUES})
         time.sleep(QUIET)
         for topic, recorder in recorders.items():
-            self.assertEqual(recorder.messages(), [], f"{topic} is latched")
+            if topic not in ("/joint_states", "/tf"):  # late subscribers of these get the state
+                self.assertEqual(recorder.messages(), [], f"{topic} is latched")
         self.advance()
         for topic, recorder in recorders.items():
             message = recorder.wait(what=f"a message after the step on {topic}")
