@@ -12,7 +12,7 @@ constexpr int kMargin = 6;  // [pixel]
 
 /// Returns the rectangle of steps and returns that has all points, with 0 in it.
 QRectF bounds_of(const ReturnCurve& one, const ReturnCurve& other) {
-  double steps = 1;
+  double steps = 0;
   double low = 0;
   double high = 0;
   for (const ReturnCurve* curve : {&one, &other}) {
@@ -53,7 +53,7 @@ void ReturnPlot::paintEvent(QPaintEvent* /*event*/) {
   const QRectF area = rect().adjusted(kMargin, kMargin + line, -kMargin, -kMargin - line);
   const QRectF bounds = bounds_of(present_, previous_);
   const auto place = [&](const QPointF& point) {
-    return QPointF(area.left() + area.width() * (point.x() / bounds.width()),
+    return QPointF(area.left() + area.width() * (point.x() / std::max(bounds.width(), 1.0)),
                    area.bottom() - area.height() * (point.y() - bounds.top()) / bounds.height());
   };
   painter.drawLine(place({0, 0}), place({bounds.right(), 0}));

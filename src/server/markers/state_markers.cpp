@@ -20,7 +20,7 @@ constexpr double kHitDiameter = 0.14;
 // Sizes of the walker's markers, relative to its reach (`reach_of`).
 constexpr double kContactDiameter = 0.17;
 constexpr double kPathWidth = 0.03;    // [m]
-constexpr double kTextHeight = 0.09;   // of a capital letter
+constexpr double kTextHeight = 0.11;   // of a capital letter
 constexpr double kTextAltitude = 0.8;  // of the text's middle, above the trunk's origin
 
 constexpr Color kRayColor{0.93, 0.1, 0.1, 0.85};
@@ -147,7 +147,7 @@ Marker contacts_marker(const Specification& specification, const Sensors& sensor
 /// The last line, which changes, is not the longest one: rviz centres the text by its width. The
 /// walker is near the left edge of the picture, so a long seed has a line of its own.
 std::string text_of(const std::string& id, const EpisodeState& state) {
-  constexpr std::size_t kMaxLine = 40;
+  constexpr std::size_t kMaxLine = 45;
   const std::string episode = id + "  episode " + std::to_string(state.episode);
   const std::string seed = state.seed ? "seed " + std::to_string(*state.seed) : "unseeded";
   ClassicStream text;

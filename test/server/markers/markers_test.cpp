@@ -314,7 +314,7 @@ TEST(StateMarkers, ScaleWithTheWalkersReach) {
   const Marker& text = *find(array, "episode");
   constexpr double kReach = 0.5 + 0.3 + 0.1;
   EXPECT_DOUBLE_EQ(text.pose.position.z, 2 + 0.8 * kReach);
-  EXPECT_DOUBLE_EQ(text.scale.z, 0.09 * kReach);
+  EXPECT_DOUBLE_EQ(text.scale.z, 0.11 * kReach);
 }
 
 TEST(StateMarkers, KeepTheTextsWidth) {
@@ -346,7 +346,7 @@ TEST(StateMarkers, BreakALineThatIsWiderThanThePicture) {
     world.status.end_reason = "terminated: arrived at the far end";
     const MarkerArray array = world.state();
     std::istringstream lines(find(array, "episode")->text);
-    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 40U) << line;
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 45U) << line;
   }
 }
 
