@@ -19,7 +19,7 @@ TEST(WorldSettingsTest, RegistrationHasTheParameters) {
       "stair_width",      "stair_height", "stair_steps",      "gravity",      "friction_scale",
       "motor_strength",   "mass_scale",   "joint_damping",    "hip_speed",    "knee_speed",
       "lidar_range",      "initial_push", "obstacle_spacing", "range_noise"};
-  for (const char* id : {kPlain, kHardcore}) {
+  for (const std::string id : {kPlain, kHardcore}) {
     const Registration& registration = find_registration(id);
     std::set<std::string> names;
     for (const WorldParameter& parameter : registration.world_parameters) {

@@ -115,7 +115,7 @@ void expect_continuation(WorldRobot robot, WorldRobot other, const WorldValues& 
   StateWriter writer(bytes);
   robot.robot->save(writer);
   StateReader reader(bytes.data(), bytes.size());
-  other.robot->load(reader, world)();
+  other.robot->load(reader, world, true)();
   for (int i = 0; i < 100; ++i) {
     ASSERT_EQ(to_bits(other.observation()), to_bits(robot.observation())) << i;
     Sensors sensors[2];
