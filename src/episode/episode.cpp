@@ -173,16 +173,21 @@ void Episode::push(const LinkWrench& wrench) {
   const std::string refusal = state_.step_refusal();
   if (!refusal.empty()) throw ResetNeeded("push: " + refusal + "; reset first");
   check_wrench(wrench, specification());
+  if (wrench.force_x != 0 || wrench.force_z != 0 || wrench.torque_y != 0) {
+    add_wrench(wrench);
+    return;
+  }
+  std::vector<LinkWrench>& wrenches = step_.wrenches;
+  const auto is_on_link = [&](const LinkWrench& each) { return each.link == wrench.link; };
+  wrenches.erase(std::remove_if(wrenches.begin(), wrenches.end(), is_on_link), wrenches.end());
+}
+
+void Episode::add_wrench(const LinkWrench& wrench) {
   std::vector<LinkWrench>& wrenches = step_.wrenches;
   const auto place =
       std::lower_bound(wrenches.begin(), wrenches.end(), wrench,
                        [](const LinkWrench& a, const LinkWrench& b) { return a.link < b.link; });
-  const bool is_replaced = place != wrenches.end() && place->link == wrench.link;
-  if (wrench.force_x == 0 && wrench.force_z == 0 && wrench.torque_y == 0) {
-    if (is_replaced) wrenches.erase(place);
-    return;
-  }
-  if (is_replaced) {
+  if (place != wrenches.end() && place->link == wrench.link) {
     *place = wrench;
     return;
   }

@@ -237,6 +237,7 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void record_checksum();
   void require_checksum(const EpisodeRecord& record) const;
   void repeat_pushes(const EpisodeRecord& record);
+  void add_wrench(const LinkWrench& wrench);
   void copy_to(Result& result) const;
   const StateOrigin& origin() const;
 

@@ -191,11 +191,13 @@ bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::tim
   return state_.step == record.num_steps;
 }
 
-/// Pushes as in the record's next step. Those of earlier steps are in `pushes_`.
+/// Pushes as in the record's next step, also with zeros, which earlier versions recorded. Those of
+/// earlier steps are in `pushes_`.
 void Episode::repeat_pushes(const EpisodeRecord& record) {
   for (std::size_t i = pushes_.size(); i < record.pushes.size(); ++i) {
     if (record.pushes[i].step != state_.step + 1) return;
-    push(record.pushes[i].wrench);
+    check_wrench(record.pushes[i].wrench, specification());
+    add_wrench(record.pushes[i].wrench);
   }
 }
 

@@ -152,6 +152,21 @@ TEST_P(PushesTest, ZerosCancel) {
   EXPECT_EQ(other->record().pushes.size(), 1U);
 }
 
+TEST_P(PushesTest, ARecordMayHaveZeros) {
+  const auto original = begun();
+  const std::vector<double> action(original->specification().action_size(), 0.1);
+  original->step(action);
+  original->push({0, 20, 10, 0});
+  original->step(action);
+  EpisodeRecord record = original->record();
+  record.pushes.insert(record.pushes.begin(), {1, {0, 0, 0, 0}});
+  const auto repeated = make_walker();
+  repeated->begin(record);
+  ASSERT_TRUE(repeated->repeat(record, kWhenever));
+  EXPECT_EQ(row_of(*repeated), row_of(*original));
+  EXPECT_EQ(repeated->record().pushes.size(), 2U);
+}
+
 TEST_P(PushesTest, AResetDropsThem) {
   const auto walker = begun();
   const auto other = begun();
