@@ -4,8 +4,11 @@
 #include <pybind11/pybind11.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <mutex>
+#include <stdexcept>
+#include <thread>
 
 #include "base/interruption.h"
 
@@ -54,24 +57,49 @@ class GilHold {
   ~GilHold() { released_state = PyEval_SaveThread(); }
 };
 
-/// Locks the mutex, without the GIL, whose owner may be waiting for it.
-/// @throws Interrupted if a signal handler has raised meanwhile
-inline std::unique_lock<std::timed_mutex> lock_interruptibly(std::timed_mutex& mutex) {
-  constexpr std::chrono::milliseconds kCheckInterval{50};
-  std::unique_lock<std::timed_mutex> lock(mutex, std::try_to_lock);
-  while (!lock.owns_lock() && !lock.try_lock_for(kCheckInterval)) check_interruption();
-  return lock;
-}
+/// Serialises the calls of one object.
+class CallMutex {
+ public:
+  /// Locks the mutex during its lifetime. Make it without the GIL: the mutex's owner may be waiting
+  /// for the GIL.
+  class Lock {
+   public:
+    /// @throws Interrupted if a signal handler has raised meanwhile; std::runtime_error if this
+    ///         thread has the lock: a signal handler or a callback runs within the object's call
+    explicit Lock(CallMutex& mutex) : mutex_(mutex), lock_(mutex.mutex_, std::defer_lock) {
+      constexpr std::chrono::milliseconds kCheckInterval{50};
+      if (mutex.owner_ == std::this_thread::get_id()) {
+        throw std::runtime_error(
+            "called by a signal handler or a callback during another call of the same object");
+      }
+      if (!lock_.try_lock()) {
+        while (!lock_.try_lock_for(kCheckInterval)) check_interruption();
+      }
+      mutex.owner_ = std::this_thread::get_id();
+    }
+    Lock(const Lock&) = delete;
+    Lock& operator=(const Lock&) = delete;
+    ~Lock() { mutex_.owner_ = std::thread::id(); }
+
+   private:
+    CallMutex& mutex_;
+    std::unique_lock<std::timed_mutex> lock_;
+  };
+
+ private:
+  std::timed_mutex mutex_;
+  std::atomic<std::thread::id> owner_{};
+};
 
 /// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.
 class GilFreeLock {
  public:
-  /// @throws Interrupted
-  explicit GilFreeLock(std::timed_mutex& mutex) : lock_(lock_interruptibly(mutex)) {}
+  /// @throws as CallMutex::Lock
+  explicit GilFreeLock(CallMutex& mutex) : lock_(mutex) {}
 
  private:
   GilRelease released_;
-  std::unique_lock<std::timed_mutex> lock_;
+  CallMutex::Lock lock_;
 };
 
 }  // namespace walker::python

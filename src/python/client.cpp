@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -435,7 +434,7 @@ class ClientBinding {
   Specification specification_;
   std::optional<Client> client_;
   ServerSpecification server_;
-  std::timed_mutex mutex_;
+  CallMutex mutex_;
   unsigned num_forks_ = num_forks();
   std::atomic<bool> is_lost_{false};
   Transition transition_;

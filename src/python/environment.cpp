@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <shared_mutex>
 #include <stdexcept>
@@ -165,7 +164,7 @@ class EnvironmentBinding {
  private:
   std::string id_;
   Parameters parameters_;
-  mutable std::timed_mutex mutex_;
+  mutable CallMutex mutex_;
   std::unique_ptr<Episode> episode_;
 };
 
@@ -230,7 +229,7 @@ class RendererBinding {
     auto depths = to_output<DepthOutput>(depth, "depth", num_pixels);
     const GilRelease released;
     const auto picture = exit_guard().begin_picture();
-    const auto lock = lock_interruptibly(mutex_);
+    const CallMutex::Lock lock(mutex_);
     renderer_->render(captured, {colors.has_value(), depths.has_value()}, image_);
     if (colors) colors->write(image_.rgb.data());
     if (depths) depths->write(image_.depth.data());
@@ -238,7 +237,7 @@ class RendererBinding {
 
  private:
   std::unique_ptr<Renderer> renderer_;
-  std::timed_mutex mutex_;
+  CallMutex mutex_;
   Image image_;
 };
 

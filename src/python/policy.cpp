@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -93,7 +92,7 @@ class PolicyBinding : public Policy {
   }
 
  private:
-  std::timed_mutex mutex_;
+  CallMutex mutex_;
   std::vector<double> actions_;  // of the last call; keeps its memory
 };
 
@@ -129,7 +128,7 @@ class EpisodePlayerBinding {
   }
 
  private:
-  std::timed_mutex mutex_;
+  CallMutex mutex_;
   EpisodePlayer player_;
 };
 

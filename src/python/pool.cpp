@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -264,7 +263,7 @@ class PoolBinding {
   Parameters parameters_;
   PoolOptions options_;
   Pool pool_;
-  std::timed_mutex mutex_;
+  CallMutex mutex_;
   std::atomic<bool> has_worlds_{false};  // false: no environment has a world
   std::vector<std::uint32_t> received_;  // indices of the last `recv`
   // same_step: final rows of the last step or `recv`, in the order of its rows.
