@@ -212,6 +212,7 @@ World WorldEditor::chosen() const {
 }
 
 walker_sim::World WorldEditor::world() const {
+  if (chosen() == present_) return {};  // what another node has set since the last look stays
   walker_sim::World world;
   world.preset = kGymnasiumsWorld;
   for (const auto& [name, range] : chosen()) {
