@@ -46,6 +46,12 @@ make_debian_root() {
   rm -rf "$root" && mkdir -p "$root" && chmod 755 "$root" && tar -C "$root" -xf "$archive"
 }
 
+# make_root DIR SUITE: makes a clean root whose apt reaches its server.
+make_root() { make_debian_root "$1" "$2" ca-certificates && copy_resolver "$1"; }
+
+# copy_resolver DIR: lets the root resolve names as this system does.
+copy_resolver() { [ ! -e /etc/resolv.conf ] || cp /etc/resolv.conf "$1/etc/"; }
+
 # copy_tree DIR: copies our files there, without build products.
 copy_tree() {
   tar -C "$root" -c --exclude-vcs --exclude=./build --exclude=./devel --exclude=__pycache__ --exclude=.ruff_cache \
@@ -72,6 +78,7 @@ copy_engines() {
 }
 
 change_root=(chroot) # no /proc: most containers may not mount one
+change_root_with_proc=(unshare --pid --fork --kill-child --mount-proc --root)
 
 # in_debian_root DIR CMD...: runs CMD in the root, without this system's environment variables.
 in_debian_root() {
