@@ -23,8 +23,8 @@ int poll_interruptibly(pollfd& file, int timeout);
 /// @throws Interrupted if a signal has arrived that ends the operation
 void check_interruption();
 
-/// As `check_interruption`, at most every 50 ms in each thread, and only if the host interrupts
-/// steps. Otherwise it only reads the clock.
+/// Calls `check_interruption` if the host interrupts steps and this thread's last call is 50 ms
+/// ago. Costs one clock reading if the host interrupts steps, else nothing.
 void check_step_interruption();
 
 }  // namespace walker

@@ -31,8 +31,8 @@ constexpr std::size_t kPushBytes = 2 * sizeof(std::uint32_t) + 3 * sizeof(double
 /// [N, N m].
 constexpr double kMaxPush = 1e6;
 
-/// Upper bound of each component in axes of odom: three in axes of the link make one of up to
-/// sqrt(3) times their size.
+/// Upper bound of each component in axes of odom: a rotation enlarges a component by sqrt(3) at
+/// most.
 constexpr double kMaxTurnedPush = 2 * kMaxPush;
 
 /// Upper bound of the total size of an episode record's strings [bytes].

@@ -139,9 +139,9 @@ std::optional<WorldRange> read_range(const std::string& value) {
   return low && high ? std::optional(WorldRange{*low, *high}) : std::nullopt;
 }
 
-/// Reads a value behind anchor and tag: yaml.dump gives a list that has several names an anchor and
-/// aliases, and a pair of Python's the tag of a tuple.
-/// @param anchors of the entries before; gets this one's
+/// Reads a value after an optional anchor and an optional tag !!python/tuple. yaml.dump writes an
+/// anchor and aliases for a list that occurs twice.
+/// @param anchors values of earlier entries' anchors; receives this entry's
 std::optional<WorldRange> read_value(std::string value,
                                      std::map<std::string, WorldRange>& anchors) {
   std::string anchor;

@@ -187,8 +187,8 @@ bool Outputs::has_state() const {
   return shown_.state().has_begun() && shown_.state().error.empty();
 }
 
-/// Returns the stamp of the present measurements. None: those from before the first subscriber are
-/// not known, and there are no stamps before a ~restore.
+/// Returns the stamp of the present measurements; nullopt if they precede the first subscriber, or
+/// their stamp a ~restore.
 std::optional<ros::Time> Outputs::measured_at() const {
   const std::uint32_t step = shown_.observed_step();
   if (shown_.measured_step() != step || step < first_stamp_) return std::nullopt;

@@ -44,7 +44,8 @@ class Outputs {
   void publish_step(ros::Time stamp);
 
   /// While nothing moves, publishes the present transforms and joint states to subscribers that
-  /// have connected since the last step. While steps follow each other, these are enough.
+  /// have connected since the last step. While steps follow each other, the next step's messages
+  /// serve them.
   void serve_late_subscribers();
 
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode

@@ -26,7 +26,7 @@ namespace {
 constexpr std::chrono::milliseconds kMaxReceive = kSignalCheckPeriod / 2;
 
 // Upper bound of the wait for the server's memory. The server sends it when it accepts the client,
-// for which a step or a reset may keep it waiting.
+// which it does between steps.
 constexpr std::chrono::milliseconds kMaxHandover{500};
 
 [[noreturn]] void fail(int error) { throw SocketError(std::generic_category().message(error)); }

@@ -35,7 +35,7 @@ class Deadline {
   /// @throws SocketError at the deadline, Interrupted
   TimePoint::duration check() const;
 
-  /// Returns a deadline that comes after the duration at the latest, and leaves half of the time.
+  /// Returns the earlier of two deadlines: after `longest`, or after half of the remaining time.
   Deadline within(TimePoint::duration longest) const;
 
   /// Call this after EINTR. @throws Interrupted if the signal ends the call

@@ -66,8 +66,8 @@ void expect_same_values(const mjModel& actual, const mjModel& expected) {
 TEST(WorldPhysicsTest, ParametersAreListed) {
   for (const std::string id : {"Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"}) {
     const Registration& registration = find_registration(id);
-    const ModelPointer model = load_model((id[0] == 'W' ? "walker2d_" : "hopper_") +
-                                          id.substr(id.size() - 2) + ".xml");
+    const ModelPointer model =
+        load_model((id[0] == 'W' ? "walker2d_" : "hopper_") + id.substr(id.size() - 2) + ".xml");
     double mass = 0;
     for (int body = 0; body < model->nbody; ++body) mass += model->body_mass[body];
     EXPECT_NEAR(registration.push_impulse / mass, 0.5, 0.02) << id << ": " << mass << " kg";

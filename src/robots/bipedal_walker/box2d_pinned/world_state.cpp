@@ -223,7 +223,8 @@ class SavedWorld {
   bool touches(std::size_t part) const { return touches_[part] != 0; }
 
  private:
-  /// Non-finite numbers also make Box2D's searches for an impact very slow.
+  /// Rejects numbers beyond kMaxSaved. Non-finite ones make Box2D's searches for an impact very
+  /// slow.
   void check_numbers() const {
     constexpr std::size_t kBodyFloats = 18;  // all before `is_awake`
     constexpr std::size_t kJointFloats = 6;  // all before `limit_state`
