@@ -205,6 +205,18 @@ def test_a_file_that_hides_a_module(tmp_path, name):
     assert remedy.startswith("Rename it")
 
 
+def test_a_folder_on_the_path_that_is_not_readable(tmp_path):
+    """Simulated, because root may read all."""
+    patch = f"""
+import os
+def listdir(folder, listdir=os.listdir):
+    if folder == {str(tmp_path)!r}:
+        raise PermissionError(13, "Permission denied", folder)
+    return listdir(folder)
+os.listdir = listdir"""
+    examine(patch=patch, path=[tmp_path])
+
+
 def test_a_numpy_that_cannot_be_imported(tmp_path):
     message = "numpy.core.multiarray failed to import"
     folder = module(tmp_path / "site-packages", "numpy.__init__", f"raise ImportError({message!r})")

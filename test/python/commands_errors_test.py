@@ -21,7 +21,7 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("--seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
     ("--seeds 1;2", "--seeds: 1;2: must be comma-separated seeds"),
     ("--seeds 18446744073709551616", "with seeds from 0 to 2^64 - 1"),
-    ("--seeds 0:1000001", "must be at most 1000000 seeds"),
+    ("--seeds 0:1000001", "must be at most 1000000 episodes"),
     ("--seeds 1 --episodes 1", "--episodes: not allowed with argument --seeds"),
     ("--episodes 0", "--episodes: 0: must be a whole number above 0"),
     ("--num-envs 1.5", "--num-envs: 1.5: must be a whole number above 0"),

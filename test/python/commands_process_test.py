@@ -1,6 +1,7 @@
 """The commands as processes: signals, terminals, pipes, closed standard streams."""
 
 import csv
+import errno
 import fcntl
 import itertools
 import os
@@ -15,7 +16,8 @@ import time
 
 import pytest
 import walker_sim
-from walker_sim.commands import main
+from walker_sim import files
+from walker_sim.commands import main, results
 
 COMMAND = [sys.executable, "-m", "walker_sim"]
 ID = "Walker2d-v5"
@@ -129,8 +131,7 @@ def test_a_full_disk_keeps_the_earlier_file_and_is_named(words, name, tmp_path, 
         assert main([*words, str(path)]) == 2
     assert f": [Errno 27] File too large: '{path}" in capsys.readouterr().err
     assert path.read_bytes() == b"earlier"
-    if "--csv" not in words:
-        assert [*tmp_path.iterdir()] == [path]
+    assert [*tmp_path.iterdir()] == [path]
     assert main([*words, str(path)]) == 0
     assert path.stat().st_size > 100
 
@@ -144,6 +145,53 @@ def test_a_link_and_its_files_permissions_stay(tmp_path, command):
     assert link.is_symlink()
     assert path.read_text().startswith("{")
     assert path.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize("option", ["--json", "--csv"])
+@pytest.mark.parametrize("is_mounted", [False, True])
+def test_a_file_that_cannot_be_replaced_is_overwritten(
+    is_mounted, option, tmp_path, command, monkeypatch
+):
+    """It is mounted alone, or no file can be made beside it, as in /sys."""
+
+    def refuse(*_):
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+
+    path = tmp_path / "a"
+    path.write_text("earlier")
+    if is_mounted:
+        monkeypatch.setattr(pathlib.Path, "replace", refuse)
+    for module in (files, results) if not is_mounted else ():
+        monkeypatch.setattr(module, "beside", lambda path: pathlib.Path("/sys/walker_sim.new"))
+    command(*ZERO, option, path)
+    assert path.stat().st_size > 100
+    assert [*tmp_path.iterdir()] == [path]
+
+
+@pytest.mark.parametrize("option", ["--json", "--csv"])
+def test_standard_output_in_a_file_is_written_to_directly(option, tmp_path):
+    path = tmp_path / "out.txt"
+    path.write_text("earlier\n")
+    with path.open("a") as file:
+        run(*ZERO, option, "/dev/stdout", stdout=file, check=True)
+    text = path.read_text()
+    assert text.startswith("earlier\n")
+    assert "mean return" in text
+    assert ('"outcomes"' if option == "--json" else "seed,return,") in text
+    assert [*tmp_path.iterdir()] == [path]
+
+
+def test_episodes_of_a_csv_that_cannot_be_finished_are_named(tmp_path, capsys, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a.csv")
+
+    path = tmp_path / "a.csv"
+    path.write_text("earlier")
+    monkeypatch.setattr(results, "replace_file", refuse)
+    assert main([*ZERO, "--csv", str(path)]) == 2
+    (unfinished,) = {*tmp_path.iterdir()} - {path}
+    count = len(rows_of(unfinished))
+    assert f"{unfinished}: {count} of {count} episodes" in capsys.readouterr().err
 
 
 def test_csv_to_a_pipe_is_sorted(tmp_path):

@@ -20,6 +20,7 @@ import pytest
 from mujoco_reference import MODELS
 from walker_sim import WalkerEnv, _core, play_out
 from walker_sim.commands.policies import shipped_policy
+from walker_sim.training.policy_file import read_policy, to_bytes
 from walkers import IDS, assert_same, ctrl_c, make_many, run_python, through_pickle
 
 ENDLESS = {"terminate_when_unhealthy": False}
@@ -245,10 +246,16 @@ def test_ctrl_c_ends_episodes_without_end(command):
     policy = _core.Policy(str(shipped_policy("Hopper-v5")))
     player = _core.EpisodePlayer("Hopper-v5", {"max_episode_steps": 0, **ENDLESS}, 2, 0, False)
     jobs = [(0, seed, 0) for seed in range(100)]
+    slow, size = read_policy(shipped_policy("Hopper-v5")), 2000
+    slow.layers = [
+        (np.zeros((outputs, inputs), np.float32), np.zeros(outputs, np.float32))
+        for inputs, outputs in ((11, size), (size, size), (size, 3))
+    ]
+    slow = _core.Policy.from_bytes("slow", to_bytes(slow))
     for call in (
         lambda: player.play([policy], [], jobs, print),
         lambda: play_out("Hopper-v5", policy, range(100), max_episode_steps=0, **ENDLESS),
-        lambda: policy.act(np.zeros((10**7, 11)), np.zeros((10**7, 3))),
+        lambda: slow.act(np.zeros((10**6, 11)), np.zeros((10**6, 3))),
     ):
         with ctrl_c(), pytest.raises(KeyboardInterrupt):
             call()
@@ -262,7 +269,8 @@ def test_walkers_are_usable_after_ctrl_c_in_a_step():
     envs.reset(seed=1)
     actions = np.full((1500, 6), 0.3, np.float32)
     with ctrl_c(0.2), pytest.raises(KeyboardInterrupt):
-        envs.step(actions)
+        while True:  # a step takes seconds, but less on a fast machine
+            envs.step(actions)
     envs.step(actions[:2], [0, 1499])  # every walker is still in its episode
     for each in (envs, twin):
         each.reset(seed=2)
@@ -302,6 +310,16 @@ def test_ctrl_c_ends_the_wait_for_another_threads_call():
         finally:
             is_over.set()
         assert isinstance(playing.exception(), InterruptedError)
+
+
+def test_a_call_within_a_call_of_the_same_object_is_refused():
+    policy = _core.Policy(str(shipped_policy("Hopper-v5")))
+    player = _core.EpisodePlayer("Hopper-v5", {"max_episode_steps": 20}, 1, 0, False)
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="during another call of the same object"):
+            player.play(
+                [policy], [], [(0, 1, 0)], lambda *_: player.play([policy], [], [(0, 1, 0)], print)
+            )
 
 
 def test_handlers_of_other_signals_run_meanwhile(tmp_path):

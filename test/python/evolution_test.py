@@ -6,8 +6,6 @@ import re
 import shutil
 import signal
 import sys
-import threading
-import time
 
 import numpy as np
 import pytest
@@ -24,6 +22,7 @@ from walker_sim.training.settings import (
     write_settings,
 )
 from walker_sim.training.stage import read_state
+from walkers import ctrl_c
 
 ID = "Hopper-v5"
 SMALL = {
@@ -131,17 +130,34 @@ def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch, changes):
 def test_ctrl_c_ends_episodes_without_end(tmp_path):
     endless = {"max_episode_steps": 0, "terminate_when_unhealthy": False}
     training = Evolution(ID, settings_from({**SMALL, "parameters": endless}), tmp_path)
+    with ctrl_c(0.3):
+        training.run()
+    assert (training.steps, read_state(tmp_path)["steps"]) == (0, 0)
+
+
+def test_a_second_ctrl_c_does_not_end_the_checkpoint(tmp_path):
     sent = []
 
-    def interrupt():
-        sent.append(time.monotonic())
-        os.kill(os.getpid(), signal.SIGINT)
+    class Interrupted(Evolution):
+        def interrupt(self):
+            sent.append(self._is_playing)
+            os.kill(os.getpid(), signal.SIGINT)
 
-    timer = threading.Timer(0.3, interrupt)
-    timer.start()
+        def __setattr__(self, name, value):
+            if name == "_is_playing" and getattr(self, "_began", 0) and not value and not sent:
+                self.interrupt()  # as `play` is ending
+            super().__setattr__(name, value)
+
+        def save(self, folder):
+            self.interrupt()
+            super().save(folder)
+
+    training = Interrupted(ID, settings_from(SMALL), tmp_path)
     training.run()
-    assert time.monotonic() - sent[0] < 1  # 0.5 on an idle machine
-    assert (training.steps, read_state(tmp_path)["steps"]) == (0, 0)
+    training.close()
+    assert sent == [True, False]
+    assert training.wants_to_stop
+    assert read_state(tmp_path)["steps"] == 0
 
 
 def test_killed_in_a_checkpoint_keeps_a_complete_one(tmp_path):
@@ -194,11 +210,15 @@ def test_killed_before_a_checkpoint_adds_no_point_twice(tmp_path, monkeypatch):
         with monkeypatch.context() as patch, pytest.raises(Killed):
             patch.setattr(Evolution, "save_checkpoint", die)
             evolve(tmp_path / "cut", settings)
+    unfinished, others = (tmp_path / "cut" / f"curve.csv.{one}.new" for one in (8 * "a", "mine"))
+    unfinished.touch()
+    others.touch()
     resumed = evolve(tmp_path / "cut", settings)
     curves = [read_curve(tmp_path / name / "curve.csv") for name in ("whole", "cut")]
     points = [[(point.steps, point.evaluation_return) for point in curve] for curve in curves]
     assert points[0] == points[1]
     assert resumed.best == whole.best
+    assert (unfinished.exists(), others.exists()) == (False, True)
 
 
 @pytest.mark.parametrize("kept", ["checkpoint.new", "checkpoint.old"])
@@ -233,6 +253,16 @@ def test_a_new_training_overwrites_nothing(tmp_path, command, name, words):
     assert [path.read_text() for path in tmp_path.iterdir()] == ["seed: 1234"]
 
 
+def assert_refuses_another_id(folder, command):
+    """Also between two stages: Hopper-v4 has the same sizes."""
+    state = folder / "checkpoint/state.json"
+    text = state.read_text()
+    state.write_text(text.replace(ID, "Hopper-v4"))
+    error = command("train", "--resume", folder, status=2).err
+    assert f"id = Hopper-v4: must be {ID}" in error
+    state.write_text(text)
+
+
 def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, monkeypatch):
     settings = settings_from({**SMALL, "stages": STAGES})
     write_settings(settings, tmp_path / "settings.yaml")
@@ -249,6 +279,7 @@ def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, mon
         error = command("train", ID, *given, "--out", tmp_path / "cut", status=130).err
     assert f"--resume {tmp_path / 'cut'}" in error
     assert read_state(tmp_path / "cut")["is_done"]
+    assert_refuses_another_id(tmp_path / "cut", command)
     command("train", "--resume", tmp_path / "cut", "--num-threads", 1)
     one, other = ((tmp_path / name / "policy.safetensors").read_bytes() for name in ("run", "cut"))
     assert one == other
@@ -257,10 +288,7 @@ def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, mon
     steps = [point.steps for point in read_curve(tmp_path / "run/curve.csv")]
     assert steps == sorted(steps)
     assert steps[-1] >= 28_000
-    state = tmp_path / "run/checkpoint/state.json"
-    state.write_text(state.read_text().replace(ID, "Hopper-v4"))
-    error = command("train", "--resume", tmp_path / "run", status=2).err
-    assert f"id = Hopper-v4: must be {ID}" in error
+    assert_refuses_another_id(tmp_path / "run", command)
 
 
 def test_a_linear_policy_continues_in_a_layer(tmp_path):
@@ -433,12 +461,13 @@ def test_numbers_with_an_exponent_are_numbers(tmp_path):
     file = tmp_path / "mine.yaml"
     file.write_text(
         "algorithm: es\nsteps: 2e6\nlearning_rate: [1e-2, 5E-3]\nmax_difference: 1.e+1\n"
+        "evaluate_every: .5e3\n"
         "parameters: {healthy_reward: 1e-2, xml_file: '1e4'}\n"
     )
     for _ in range(2):
         settings = read_settings(file)
         assert (settings.steps, settings.learning_rate) == (2_000_000, (0.01, 0.005))
-        assert settings.max_difference == 10
+        assert (settings.max_difference, settings.evaluate_every) == (10, 500)
         assert settings.parameters == {"healthy_reward": 0.01, "xml_file": "1e4"}
         write_settings(settings, file)
 

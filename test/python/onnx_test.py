@@ -335,6 +335,9 @@ def refused():
     yield Model().add_layers(end="h2").add("Add", "h2", "h2", "y"), "Add with 2 inputs that"
     yield Model().add_layers(start="h3").add("Tanh", "x", "h3"), "Tanh that does not follow"
     yield Model().add_layers(start="h3").add("Clip", "x", "b0", "h3"), "limits observations"
+    clipped = Model().constant("low", np.float32(-10)).constant("high", np.float32(10))
+    clipped.add("Clip", "x", "low", "high", "h3").add("Mul", "h3", "high", "h4")
+    yield clipped.add_layers(start="h4"), "normalises observations after their Clip"
     yield Model().add_layers(start="y"), "output y: has a cycle"
     yield Model().add_layers(end="z"), "output y: y does not depend on the input"
     yield Model().add_layers(start="z"), "output y: z does not depend on the input"

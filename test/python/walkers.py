@@ -29,8 +29,8 @@ MODES = ("next_step", "same_step", "disabled")
 
 @contextlib.contextmanager
 def ctrl_c(delay=0.5):
-    """Sends SIGINT after a delay, and requires the block to end within a second: half a second is
-    what docs promise on an idle machine."""
+    """Sends SIGINT after a delay, and requires the block to end within 10 s: docs promise half a
+    second on an idle machine. Most calls in it would take minutes."""
     sent = []
 
     def send():
@@ -43,7 +43,7 @@ def ctrl_c(delay=0.5):
     timer.start()
     try:
         yield
-        assert sent and time.monotonic() < sent[0] + 1
+        assert sent and time.monotonic() < sent[0] + 10
     finally:
         timer.cancel()
         timer.join()

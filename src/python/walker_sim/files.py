@@ -6,12 +6,17 @@ import contextlib
 import errno
 import io
 import os
+import re
 import secrets
 import shutil
 from pathlib import Path
 from typing import Any, Iterator
 
 _HERE = Path(__file__).resolve().parent
+
+NOT_REPLACEABLE = (errno.EACCES, errno.EPERM, errno.EBUSY, errno.EROFS)
+"""Errors of making a file beside a writable one or of renaming it: the folder is not writable, or
+the file alone is mounted into a container."""
 
 
 def package_file(name: str) -> Path | None:
@@ -28,11 +33,18 @@ def package_file(name: str) -> Path | None:
 
 def replace_file(path: Path, content: bytes | memoryview) -> None:
     """Writes a file beside `path`, which it replaces when all of it is on the disk: `path` has the
-    old or the new content at any time. Writes to a pipe or a device directly.
+    old or the new content at any time. Writes directly to a pipe, a device or a file descriptor,
+    and to a file that cannot be replaced.
 
     An OSError, such as that of a full disk, names `path`.
     """
     try:
+        number = descriptor_of(path)
+        if number is not None:
+            print(end="", flush=True)  # what has been printed comes first
+            with open(number, "wb", closefd=False) as stream:
+                stream.write(content)
+            return
         if path.exists() and not path.is_file():
             path.write_bytes(content)
             return
@@ -48,9 +60,12 @@ def replace_file(path: Path, content: bytes | memoryview) -> None:
             if target.exists():
                 shutil.copymode(target, unfinished)
             unfinished.replace(target)
-        except BaseException:
-            unfinished.unlink(missing_ok=True)
-            raise
+        except BaseException as error:
+            with contextlib.suppress(OSError):
+                unfinished.unlink()
+            if getattr(error, "errno", None) not in NOT_REPLACEABLE or not target.exists():
+                raise
+            target.write_bytes(content)
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from error
 
@@ -66,6 +81,21 @@ def beside(path: Path) -> Path:
     """Returns the path of a new file in the same folder."""
     # At most 255 bytes, also for a long name in four bytes per character.
     return path.with_name(f"{path.name[:60]}.{secrets.token_hex(4)}.new")
+
+
+def remove_unfinished(path: Path) -> None:
+    """Removes what a killed `replace_file` has left beside `path`."""
+    for file in path.parent.glob(f"{path.name}.{8 * '[0-9a-f]'}.new"):
+        file.unlink(missing_ok=True)
+
+
+def descriptor_of(path: Path) -> int | None:
+    """Returns the file descriptor of this process that `path` names, e.g. 1 of /dev/stdout; None if
+    it is another path. Its file, if any, must neither be replaced nor truncated."""
+    found = re.fullmatch(r"/dev/std(out|err)|/(?:dev|proc/self)/fd/([0-9]{1,9})", str(path))
+    if not found:
+        return None
+    return int(found[2] or {"out": 1, "err": 2}[found[1]])
 
 
 @contextlib.contextmanager

@@ -40,7 +40,11 @@ def _hidden_modules() -> dict[str, ModuleSpec]:
             break
         if os.path.basename(folder) in ("site-packages", "dist-packages"):
             continue
-        for entry in os.listdir(folder) if os.path.isdir(folder) else ():
+        try:
+            entries = os.listdir(folder)
+        except OSError:  # no folder, or one that imports cannot read either
+            continue
+        for entry in entries:
             is_package = os.path.exists(os.path.join(folder, entry, "__init__.py"))
             name = entry if is_package else entry[: -len(".py")]
             if not (is_package or entry.endswith(".py")) or name in (*EXEMPT, *specs):

@@ -10,6 +10,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[3]
 WRITE = r"""
 set -euo pipefail
 cd "$ROOT/scripts/dev"
+grep -q '^debian_build=' debian
 source <(sed -e '/^debian_build=/,$d' -e "s|\${BASH_SOURCE\[0\]}|$PWD/debian|" debian)
 write_debian "$FOLDER" 12
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import io
 import os
@@ -109,6 +110,18 @@ def _open_standard_streams() -> None:
             setattr(sys, name, open(number, "w" if number else "r", closefd=False))
 
 
+class _Output:
+    """Standard output, which the error of a full disk names."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._file, name)
+        is_writing = name in ("flush", "write", "writelines")
+        return naming(Path("standard output"))(found) if is_writing else found
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command and returns its exit status.
 
@@ -121,9 +134,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.reconfigure(errors="replace")  # its encoding may lack the bars' characters
     command = _parser().parse_args(given[:1]).command
     try:
-        with naming(Path("standard output")):
+        output: Any = _Output(sys.stdout)
+        with contextlib.redirect_stdout(output):
             status = int(importlib.import_module(f"walker_sim.commands.{command}").run(given[1:]))
-            sys.stdout.flush()  # a BrokenPipeError is handled below
+            output.flush()  # a BrokenPipeError is handled below
         return status
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

@@ -78,7 +78,7 @@ def _parser() -> common.Parser:
         type=common.output_file,
         metavar="FILE",
         help="one line per episode with all digits, written as episodes end, so that Ctrl-C keeps "
-        "them; beside an earlier FILE until all have ended",
+        "them; if FILE exists, the lines are in FILE.*.new until all have ended",
     )
     files.add_argument(
         "--json", type=common.output_file, metavar="FILE", help="the summary and the episodes"
@@ -204,14 +204,14 @@ def _play(
                     table.add(episode)
 
             source.play(receive)
-    except BaseException:
+        episodes.sort()
         if table:
+            table.finish(episodes)
+    except BaseException:
+        if table and not table.is_stream:
             print(f"{table.written}: {len(episodes)} of {number_of} episodes", file=sys.stderr)
         raise
     seconds = time.monotonic() - began
-    episodes.sort()
-    if table:
-        table.finish(episodes)
     steps = sum(episode.length for episode in episodes)
     # Standard output must be the same in every run.
     print(

@@ -16,6 +16,7 @@ from walker_sim.worlds import World, read_world, to_world
 MAX_AXES = 2
 MAX_VALUES = 1000
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+# The names of check_steps in src/episode/effects.cpp.
 ROUNDED = ("action_delay", "observation_delay", "push_interval")
 SYNTAX = "must be NAME=FIRST:END:STEP or NAME=VALUE,VALUE,..., e.g. push_impulse=0:40:10"
 
@@ -78,7 +79,7 @@ def _steps(text: str, *numbers: float) -> list[float]:
     steps = min((end - first) / step, Decimal(MAX_VALUES))
     below = steps.to_integral_value(ROUND_FLOOR)
     if below < steps:
-        nearest = " or ".join(f"{first + (below + one) * step:.12g}" for one in (0, 1))
+        nearest = " or ".join(repr(float(first + (below + one) * step)) for one in (0, 1))
         raise argparse.ArgumentTypeError(
             f"{text}: must have whole steps from FIRST to END; END may be {nearest}"
         )

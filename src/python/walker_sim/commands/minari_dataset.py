@@ -52,8 +52,8 @@ class DatasetWriter:
         dataset_id = self._options.minari
         if not _ID.fullmatch(dataset_id):
             raise InputError(
-                f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before, of two "
-                "letters or more"
+                f"--minari {dataset_id}: must be NAME-vN, with or without FOLDER/ before; a single "
+                "FOLDER needs two characters"
             )
         folder = Path(self._minari.storage.get_dataset_path(dataset_id))
         if folder.exists():

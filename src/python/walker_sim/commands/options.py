@@ -138,7 +138,7 @@ def chosen_seeds(options: argparse.Namespace) -> list[int]:
 
 def count(text: str, least: int = 1) -> int:
     """Parses an integer from `least`, 0 or 1, for argparse."""
-    if re.fullmatch(r"[0-9]{19,}", text):  # the core takes 64 bits
+    if re.fullmatch(r"[0-9]{19,}", text):  # below 2^63 in any case
         raise argparse.ArgumentTypeError(f"{text}: must be below 10^18")
     if not re.fullmatch(r"[0-9]+", text) or int(text) < least:
         limit = "above" if least else "from"
@@ -170,28 +170,31 @@ positive = functools.partial(number, above=0)
 
 
 def _episodes(text: str) -> int:
-    number_of = count(text)
+    return _bounded(text, count(text))
+
+
+def _bounded(text: str, number_of: int) -> int:
     if number_of > MAX_SEEDS:
-        raise argparse.ArgumentTypeError(f"{text}: must be at most {MAX_SEEDS}")
+        raise argparse.ArgumentTypeError(f"{text}: must be at most {MAX_SEEDS} episodes")
     return number_of
 
 
 def _seeds(text: str) -> list[int]:
     seeds: list[int] = []
     for part in text.split(","):
-        found = re.fullmatch(r" *([0-9]{1,4000})(?::([0-9]{1,4000}))? *", part)
+        found = re.fullmatch(r" *([0-9]+)(?::([0-9]+))? *", part)
         if not found:
             raise argparse.ArgumentTypeError(
                 f"{text}: must be comma-separated seeds and ranges, e.g. 0:100 or 3,7,20:30"
             )
-        first = int(found[1])
-        end = first + 1 if found[2] is None else int(found[2])
+        # Python's int takes 4300 digits at most.
+        numbers = [int(one) if len(one) <= 4000 else 1 << 65 for one in found.groups() if one]
+        first, end = numbers if found[2] else (numbers[0], numbers[0] + 1)
         if not first < end <= 1 << 64:
             raise argparse.ArgumentTypeError(
                 f"{part}: must be ascending, with seeds from 0 to 2^64 - 1"
             )
-        if len(seeds) + end - first > MAX_SEEDS:
-            raise argparse.ArgumentTypeError(f"{text}: must be at most {MAX_SEEDS} seeds")
+        _bounded(text, len(seeds) + end - first)
         seeds.extend(range(first, end))
     seed, number_of = Counter(seeds).most_common(1)[0]
     if number_of > 1:

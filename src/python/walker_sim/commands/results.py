@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import importlib
@@ -17,7 +18,14 @@ from numpy.typing import NDArray
 
 from walker_sim.commands.episodes import Episode
 from walker_sim.commands.options import InputError
-from walker_sim.files import beside, naming, replace_figure, replace_file
+from walker_sim.files import (
+    NOT_REPLACEABLE,
+    beside,
+    descriptor_of,
+    naming,
+    replace_figure,
+    replace_file,
+)
 
 RESAMPLES = 10_000
 BINS = 12
@@ -162,8 +170,9 @@ class Table:
     Parameters
     ----------
     path
-        The file. If it exists already, the lines go to the file `written` beside it until `finish`.
-        If it is not seekable, such as a pipe, `finish` writes all lines.
+        The file. If it exists already, the lines go to the file `written` beside it until `finish`,
+        unless its folder is not writable. If it is a pipe or a file descriptor, `finish` writes all
+        lines (`is_stream`).
     info_names, world_names
         Columns besides those of every walker: of infos, and of the parameters of the world.
     world_of
@@ -180,22 +189,38 @@ class Table:
         self._info_names, self._world_names = info_names, world_names
         self._world_of = world_of
         self._path = self.written = path
-        if path.is_file():
+        number = descriptor_of(path)
+        if number is None and path.is_file():
             path.open("a").close()  # must be writable, which `finish` would find out after hours
             self.written = beside(path)
+            try:
+                self.written.touch()
+            except OSError as error:
+                if error.errno not in NOT_REPLACEABLE:
+                    raise
+                self.written = path
         # Flushes after each line.
-        self._file = self.written.open("w", encoding="utf-8", newline="", buffering=1)
-        if self._file.seekable():
+        file = self.written if number is None else number
+        self._file = open(file, "w", 1, "utf-8", newline="", closefd=number is None)
+        self.is_stream = number is not None or not self._file.seekable()
+        if self.is_stream:
+            return
+        try:
             self._write(self._file, [self._head()])
+        except OSError:
+            if self.written.is_file():
+                with contextlib.suppress(OSError):
+                    self.written.unlink()
+            raise
 
     def add(self, episode: Episode) -> None:
-        if self._file.seekable():
+        if not self.is_stream:
             self._write(self._file, [self._row_of(episode)])
 
     def finish(self, episodes: Iterable[Episode]) -> None:
         """Replaces the file by one that has the same episodes in this order."""
         rows: list[Sequence[object]] = [self._head(), *map(self._row_of, episodes)]
-        if not self._file.seekable():
+        if self.is_stream:
             self._write(self._file, rows)
             self._file.close()
             return

@@ -131,11 +131,9 @@ def run(arguments: Sequence[str]) -> int:
 def _resume(training: Any) -> None:
     try:
         training.resume()
-        made_for = {training.policy().env_id}
-        if (training.folder / POLICY).exists():
-            made_for.add(read_policy(training.folder / POLICY).env_id)
-        if made_for != {training.env_id}:
-            raise ValueError(f"id = {training.env_id}: must be {' and '.join(made_for)}")
+        made_for = training.policy().env_id
+        if made_for != training.env_id:
+            raise ValueError(f"id = {training.env_id}: must be {made_for}")
     except Exception as error:  # the files of other libraries may be damaged in any way
         raise InputError(
             f"--resume {training.folder}: not a checkpoint of these settings: "
@@ -199,12 +197,21 @@ def _resumed(options: argparse.Namespace) -> tuple[str, Settings, Path, int]:
         env_id, stage = str(state["id"]), int(state["stage"])
         if env_id not in _core.ids():
             raise ValueError(f"id = {_core.shown(env_id)}: must be one of {', '.join(_core.ids())}")
-        for name in ("is_done", "steps", "steps_before", "seconds", "best"):
-            float(state[name])
+        # The state of an earlier version has no points.
+        for name in ("stage", "steps", "steps_before", "seconds", "best", "points"):
+            value = state.get(name, 0) if name == "points" else state[name]
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise TypeError(f"{name} = {value!r}: must be a number")
+        if not isinstance(state["is_done"], bool):
+            raise TypeError(f"is_done = {state['is_done']!r}: must be true or false")
     except (RecursionError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         raise InputError(
             f"--resume {folder}: {file}: not a checkpoint: {type(error).__name__}: {error}"
         ) from error
+    # Another environment's sizes may be equal, e.g. Hopper-v4's and Hopper-v5's.
+    made_for = read_policy(folder / POLICY).env_id if (folder / POLICY).exists() else env_id
+    if made_for != env_id:
+        raise InputError(f"--resume {folder}: {file}: id = {env_id}: must be {made_for}")
     settings = read_settings(folder / SETTINGS)
     if not 0 <= stage < settings.num_stages:
         raise InputError(

@@ -169,6 +169,7 @@ class _Chain:
 
     def __init__(self) -> None:
         self.normalises = False
+        self._is_clipped = False  # whether the observations are
         self._mean: Any = 0.0
         self._deviation: Any = 1.0
         self._layers: list[tuple[NDArray[Any], NDArray[Any]]] = []
@@ -237,6 +238,8 @@ class _Chain:
     def _change(self, factor: Any, divisor: Any, summand: Any) -> None:
         """Replaces each value x by x factor / divisor + summand."""
         if not self._layers:
+            if self._is_clipped:
+                raise ModelError("normalises observations after their Clip; must be before it")
             self.normalises = True
             self._deviation = self._deviation * divisor / factor
             self._mean = self._mean - self._deviation * summand
@@ -265,6 +268,7 @@ class _Chain:
                     f"limits observations; must be by Clip to {OBSERVATION_CLIP:g}, and after they "
                     "are normalised"
                 )
+            self._is_clipped = True
             return
         self._low = low if self._low is None else np.maximum(self._low, low)
         self._high = high if self._high is None else np.minimum(self._high, high)

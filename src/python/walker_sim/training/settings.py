@@ -287,8 +287,8 @@ _EXPONENT = "!exponent"
 def _with_exponents(base: Any) -> Any:
     """Returns a subclass of a YAML loader or dumper that has them."""
     kind: Any = type(base.__name__, (base,), {})
-    pattern = re.compile(r"[-+]?[0-9]+\.?[0-9]*[eE][-+]?[0-9]+$")
-    kind.add_implicit_resolver(_EXPONENT, pattern, list("-+0123456789"))
+    pattern = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)[eE][-+]?[0-9]+$")
+    kind.add_implicit_resolver(_EXPONENT, pattern, list("-+.0123456789"))
     return kind
 
 

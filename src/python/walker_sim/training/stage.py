@@ -18,7 +18,7 @@ from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.episode_player import PlayedEpisode, make_player, play_jobs
 from walker_sim.errors import UnknownKeyword
-from walker_sim.files import replace_file
+from walker_sim.files import remove_unfinished, replace_file
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes, write_policy
@@ -220,6 +220,8 @@ class Stage(ABC):
     def run(self) -> None:
         """Learns until the last step, `wants_to_stop`, SIGINT or SIGTERM; saves a checkpoint."""
         self._began = time.monotonic()
+        for name in (POLICY, SETTINGS, CURVE, PICTURE):
+            remove_unfinished(self.folder / name)
         file = self.folder / SETTINGS
         if not file.exists() or read_settings(file) != self.whole:
             write_settings(self.whole, file)
@@ -352,6 +354,7 @@ class Stage(ABC):
             **({"moves": self.curriculum.moves, "trials": self._trials} if self.curriculum else {}),
         }
         replace_file(folder / STATE, (json.dumps(state, indent=1) + "\n").encode())
+        remove_unfinished(folder / STATE)
         if self._slot:
             shutil.rmtree(folder / self._slot, ignore_errors=True)
         self._slot = slot
@@ -359,6 +362,8 @@ class Stage(ABC):
     def _stop_soon(self, *_: object) -> None:
         self.wants_to_stop = True
         if self._is_playing:
+            # `play` may be ending: a second signal must not end `save_checkpoint`.
+            self._is_playing = False
             raise Stopped
 
 
