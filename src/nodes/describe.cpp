@@ -85,7 +85,8 @@ void write(const std::string& path, const std::string& content) {
   std::ofstream file(written, std::ios::binary);
   file << content;
   file.close();
-  if (!file) error = std::error_code(errno != 0 ? errno : EIO, std::generic_category());
+  error =
+      file ? std::error_code() : std::error_code(errno != 0 ? errno : EIO, std::generic_category());
   if (!error && is_there) fs::permissions(written, status.permissions(), error);
   if (!error && replaces) fs::rename(written, target, error);
   if (!error) return;
