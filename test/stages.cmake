@@ -47,13 +47,13 @@ endforeach()
 walker_sim_add_stage(install_my_walker_pkg long NEEDS install_space COMMAND ${stage} my_walker_pkg)
 
 # Every target, tests included, with the compilers and headers of other releases, in roots that only root can make.
-# Tests that wait for the processor come first, because some have time limits.
+# One at a time, and after tests that wait for the processor, because some have time limits.
 execute_process(COMMAND id -u OUTPUT_VARIABLE user OUTPUT_STRIP_TRAILING_WHITESPACE)
 if(is_debian_12 AND user EQUAL 0)
   foreach(suite bullseye trixie)
     walker_sim_add_stage(compiles_on_${suite} long
       COMMAND nice -n 19 ${CMAKE_CURRENT_SOURCE_DIR}/scripts/dev/compile ${suite})
-    set_tests_properties(compiles_on_${suite} PROPERTIES COST 3)
+    set_tests_properties(compiles_on_${suite} PROPERTIES COST 3 RESOURCE_LOCK debian_root)
   endforeach()
 else()
   message(STATUS "compiles_on_bullseye and compiles_on_trixie are left out: they need Debian 12 and root")
