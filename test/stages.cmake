@@ -53,7 +53,7 @@ if(is_debian_12 AND user EQUAL 0)
   foreach(suite bullseye trixie)
     walker_sim_add_stage(compiles_on_${suite} long
       COMMAND nice -n 19 ${CMAKE_CURRENT_SOURCE_DIR}/scripts/dev/compile ${suite})
-    set_tests_properties(compiles_on_${suite} PROPERTIES COST 3 RESOURCE_LOCK debian_root)
+    set_tests_properties(compiles_on_${suite} PROPERTIES COST 3 TIMEOUT 3600 RESOURCE_LOCK debian_root)
   endforeach()
 else()
   message(STATUS "compiles_on_bullseye and compiles_on_trixie are left out: they need Debian 12 and root")
