@@ -184,7 +184,7 @@ TEST(SceneMarkers, HaveTheObstaclesExactOutlines) {
   }
 }
 
-/// Of two faces in one plane rviz shows pieces of both.
+/// rviz would show pieces of both if two faces were in one plane.
 TEST(SceneMarkers, HaveNoSurfaceInThePlaneOfAnObstaclesSide) {
   Scene scene;
   for (const double x : {0.0, 1.0, 2.0, 3.0}) {
