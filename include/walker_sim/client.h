@@ -49,10 +49,10 @@ struct ClientOptions {
   /// Full node name by which the server identifies the client, e.g. in its log.
   /// Empty: /walker_sim_client_ followed by the process id.
   std::string caller;
-  /// Longest time that a call polls for its answer before it blocks, in [0, 1000] [us]; 0: none.
-  /// A call polls only while recent answers came within that time; a step of a BipedalWalker takes
-  /// up to 60 us.
-  std::int64_t spin_us = 100;
+  /// Longest time that a call polls for its answer before it blocks, in [0, 1000] [us]; 0: none;
+  /// -1: five times what waking a thread costs on this machine. A call polls only while recent
+  /// answers came within that time.
+  std::int64_t spin_us = -1;
 };
 
 /// Transition.msg; its comments give the units.

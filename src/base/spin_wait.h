@@ -5,10 +5,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
+
+#include "walker_sim/export.h"
 
 namespace walker {
 
 constexpr int kMaxSpinMicroseconds = 1000;
+constexpr int kChosenSpin = -1;  // instead of a number of microseconds
+
+/// Returns the limit of a setting in microseconds. `kChosenSpin` stands for five times what waking
+/// a blocked thread takes on this machine, measured at its first use in 2 ms, but 50 to 1000 us: an
+/// event that comes later costs at most a sixth more time if the thread has blocked.
+WALKER_SIM_EXPORT std::chrono::microseconds spin_limit(std::int64_t microseconds);
 
 /// Polls for an event before the caller blocks. A thread that blocks leaves its core idle, and a
 /// virtual machine takes 30 to 60 us to wake one (docs/transport.md).

@@ -31,9 +31,9 @@ ClientOptions completed(ClientOptions options) {
     throw std::invalid_argument("timeout = " + fixed_text(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
   }
-  if (options.spin_us < 0 || options.spin_us > kMaxSpinMicroseconds) {
+  if (options.spin_us < kChosenSpin || options.spin_us > kMaxSpinMicroseconds) {
     throw std::invalid_argument("spin_us = " + std::to_string(options.spin_us) +
-                                " us; must be an integer in [0, " +
+                                " us; must be an integer in [-1, " +
                                 std::to_string(kMaxSpinMicroseconds) + "]");
   }
   const char* const origin = options.master_uri.empty() ? "ROS_MASTER_URI = " : "master_uri = ";
@@ -124,7 +124,7 @@ class Client::Implementation {
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index],
-                                options_.caller, std::chrono::microseconds(options_.spin_us),
+                                options_.caller, spin_limit(options_.spin_us),
                                 until);
     } catch (const SocketError& error) {
       throw ConnectionError(describe(index) + ", as the ROS master has it: " + error.what() +

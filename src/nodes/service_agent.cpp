@@ -41,10 +41,12 @@ class ServiceAgent {
   bool play_episode() {
     const auto reset = [this](Client& client) {
       client.reset(options_.seed_after(finished_), transition_);
+      set_time(ros::Time().fromNSec(transition_.stamp));
     };
     const auto step = [this](Client& client) {
       const std::vector<double>& action = agent_->act(transition_.observation);
       client.step(action.data(), action.size(), transition_);
+      set_time(ros::Time().fromNSec(transition_.stamp));
     };
     if (!server_.call(reset)) return false;
     agent_->reset();

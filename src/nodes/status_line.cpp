@@ -15,49 +15,51 @@
 #include "ros/private_parameters.h"
 #include "walker_sim/EnvironmentSpec.h"
 #include "walker_sim/Episode.h"
-#include "walker_sim/Transition.h"
 
 namespace {
 
 using walker::subscribe_checked;
 
+/// Subscribes only to topics that `max_topic_rate` bounds, because each message of a topic takes
+/// time from server and clients.
 class StatusLine {
  public:
   StatusLine()
       : subscribers_{subscribe_checked<walker_sim::EnvironmentSpec>(
                          node_, "spec", 1, [this](const auto& message) { id_ = message->id; }),
-                     subscribe_checked<walker_sim::Transition>(
-                         node_, "transition", 1,
-                         [this](const auto& message) { transition_ = *message; }),
-                     subscribe_checked<nav_msgs::Odometry>(
-                         node_, "odom", 1, [this](const auto& message) { odometry_ = *message; }),
                      subscribe_checked<walker_sim::Episode>(
-                         node_, "episode", 10, [](const auto& message) { print_end(*message); })},
+                         node_, "progress", 1, [this](const auto& message) { take(*message); }),
+                     subscribe_checked<nav_msgs::Odometry>(
+                         node_, "odom", 1, [this](const auto& message) { odometry_ = *message; })},
         timer_(node_.createWallTimer(ros::WallDuration(1),
                                      [this](const ros::WallTimerEvent&) { print(); })) {}
 
  private:
-  static void print_end(const walker_sim::Episode& episode) {
-    if (episode.end_reason.empty()) return;  // the episode begins
-    std::printf("episode %u ended after %u steps, return %+.1f, %s\n", episode.episode,
-                episode.length, episode.episode_return,
-                walker::printable(episode.end_reason).c_str());
+  void take(const walker_sim::Episode& progress) {
+    walker::set_time(progress.header.stamp);
+    progress_ = progress;
+    if (progress.end_reason.empty()) return;
+    const ros::WallTime now = ros::WallTime::now();
+    if (now - end_printed_at_ < ros::WallDuration(1)) return;  // episodes may be a few steps long
+    end_printed_at_ = now;
+    std::printf("episode %u ended after %u steps, return %+.1f, %s\n", progress.episode,
+                progress.length, progress.episode_return,
+                walker::printable(progress.end_reason).c_str());
     std::fflush(stdout);
   }
 
   void print() {
-    if (transition_.episode == 0) return;
+    if (progress_.episode == 0) return;
     const ros::WallTime now = ros::WallTime::now();
-    const ros::Time stamp = transition_.header.stamp;
+    const ros::Time stamp = progress_.header.stamp;
     const double factor =
         printed_stamp_.isZero() || now <= printed_at_
             ? 0
             : (stamp.toSec() - printed_stamp_.toSec()) / (now - printed_at_).toSec();
     std::printf(
         "%s  time %8.2f s  x%-5.2f episode %u  step %4u  at %6.2f m  %+5.2f m/s  return %+7.1f\n",
-        walker::printable(id_).c_str(), stamp.toSec(), factor, transition_.episode,
-        transition_.step, odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x,
-        transition_.episode_return);
+        walker::printable(id_).c_str(), stamp.toSec(), factor, progress_.episode, progress_.length,
+        odometry_.pose.pose.position.x, odometry_.twist.twist.linear.x, progress_.episode_return);
     std::fflush(stdout);
     printed_at_ = now;
     printed_stamp_ = stamp;
@@ -65,11 +67,12 @@ class StatusLine {
 
   ros::NodeHandle node_;
   std::string id_;
-  walker_sim::Transition transition_;
+  walker_sim::Episode progress_;
   nav_msgs::Odometry odometry_;
+  ros::WallTime end_printed_at_;
   ros::WallTime printed_at_;
   ros::Time printed_stamp_;
-  std::array<ros::Subscriber, 4> subscribers_;
+  std::array<ros::Subscriber, 3> subscribers_;
   ros::WallTimer timer_;
 };
 

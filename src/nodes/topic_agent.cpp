@@ -74,6 +74,7 @@ class TopicAgent {
   }
 
   void on_measurements(ros::Time stamp, const Measurements& measurements) {
+    set_time(stamp);
     if (stamp < began_at_) return;
     measured_at_ = stamp;
     measurements_ = measurements;

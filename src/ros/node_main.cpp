@@ -22,6 +22,7 @@
 #include <ros/master.h>
 #include <ros/names.h>
 #include <ros/network.h>
+#include <ros/param.h>
 #include <ros/this_node.h>
 
 #include "base/interruption.h"
@@ -29,6 +30,12 @@
 #include "base/printable_text.h"
 #include "ros/library_fixes.h"
 #include "wire/master.h"
+
+namespace ros::names {
+
+void init(const M_string& remappings);  // adds remappings; in roscpp's library, but in no header
+
+}  // namespace ros::names
 
 namespace walker {
 namespace {
@@ -176,6 +183,17 @@ class EndOnSignals {
   std::thread thread_;
 };
 
+/// Calls ros::start, which subscribes to /clock if the parameter /use_sim_time is true. For a node
+/// that does not follow /clock it looks for that parameter under a name that nobody sets.
+void start(const NodeDescription& node) {
+  const std::string parameter = "/use_sim_time";
+  const bool is_on_wall_time = !ros::param::param(parameter, false);
+  const bool follows = node.follows_clock != nullptr && node.follows_clock();
+  if (!follows) ros::names::init({{parameter, parameter + "_of_followers"}});
+  ros::start();
+  if (!follows && !is_on_wall_time) ros::Time::setNow({});
+}
+
 /// Validates the master's URI: roscpp aborts on one that it cannot parse.
 void check_master(const std::vector<std::string>& arguments) {
   const std::string setting = "__master:=";
@@ -197,6 +215,10 @@ void check_master(const std::vector<std::string>& arguments) {
 }
 
 }  // namespace
+
+void set_time(ros::Time time) {
+  if (ros::Time::isSimTime()) ros::Time::setNow(time);
+}
 
 std::string help_text(const NodeDescription& node) {
   std::string text =
@@ -257,7 +279,7 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
     check_master(arguments);
     ros::init(argc, argv, node.name, ros::init_options::NoSigintHandler);
     is_started = true;
-    ros::start();
+    start(node);
     const std::string addresses = listening_addresses();  // linked even if DEBUG is compiled out
     ROS_DEBUG_STREAM(addresses);
     if (ros::ok()) run();

@@ -98,7 +98,7 @@ void ServerLink::connect(const std::string& name) {
       view_ = {};
       if (!is_valid) view_.trouble = "no name of a node: " + (name.empty() ? "it is empty" : why);
     }
-    transitions_.shutdown();
+    progress_.shutdown();
     diagnostics_.shutdown();
     if (!is_valid) return;
     subscribe();
@@ -109,23 +109,23 @@ void ServerLink::connect(const std::string& name) {
 void ServerLink::subscribe() {
   const std::string space = ros::names::parentNamespace(server_);
   const auto hints = ros::TransportHints().tcpNoDelay();
-  transitions_ = node_.subscribe<walker_sim::Transition>(
-      ros::names::append(space, "transition"), 1000,
-      [this](const walker_sim::Transition::ConstPtr& message) { take(*message); },
-      ros::VoidConstPtr(), hints);
+  progress_ = node_.subscribe<walker_sim::Episode>(
+      ros::names::append(space, "progress"), 1000,
+      [this](const walker_sim::Episode::ConstPtr& message) { take(*message); }, ros::VoidConstPtr(),
+      hints);
   using Event = ros::MessageEvent<const diagnostic_msgs::DiagnosticArray>;
   const boost::function<void(const Event&)> callback = [this](const Event& event) { take(event); };
   diagnostics_ =
       node_.subscribe<diagnostic_msgs::DiagnosticArray, const Event&>("/diagnostics", 10, callback);
 }
 
-void ServerLink::take(const walker_sim::Transition& transition) {
+void ServerLink::take(const walker_sim::Episode& progress) {
   const std::lock_guard lock(mutex_);
-  if (transition.episode != episode_ || transition.step == 0) {
+  if (progress.episode != episode_ || progress.length == 0) {
     view_.previous = std::exchange(view_.present, {});
-    episode_ = transition.episode;
+    episode_ = progress.episode;
   }
-  view_.present.add(transition.step, transition.episode_return);
+  view_.present.add(progress.length, progress.episode_return);
 }
 
 void ServerLink::take(const ros::MessageEvent<const diagnostic_msgs::DiagnosticArray>& event) {

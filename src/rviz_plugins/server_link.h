@@ -18,8 +18,8 @@
 
 #include "rviz_plugins/return_curve.h"
 #include "walker_sim/EnvironmentSpec.h"
+#include "walker_sim/Episode.h"
 #include "walker_sim/GetWorlds.h"
-#include "walker_sim/Transition.h"
 #include "walker_sim/World.h"
 
 namespace walker {
@@ -71,13 +71,13 @@ class ServerLink {
   void report(const std::string& answer, bool is_refused);
   void look_for_server();
   void subscribe();
-  void take(const walker_sim::Transition& transition);
+  void take(const walker_sim::Episode& progress);
   void take(const ros::MessageEvent<const diagnostic_msgs::DiagnosticArray>& event);
 
   ros::CallbackQueue queue_;
   ros::NodeHandle node_;
   std::string server_;  // resolved
-  ros::Subscriber transitions_, diagnostics_;
+  ros::Subscriber progress_, diagnostics_;
   std::uint32_t episode_ = 0;
 
   std::mutex mutex_;  // of the following

@@ -20,11 +20,13 @@ constexpr std::chrono::milliseconds kQuiet{200};
 
 }  // namespace
 
-Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options,
-                 const RenderThread::MakeRenderer& make_renderer)
+Outputs::Outputs(ros::NodeHandle& node, Pool& pool, SimulationClock& clock,
+                 const ServerOptions& options, const RenderThread::MakeRenderer& make_renderer)
     : shown_(pool.episode(options.shown_environment)),
+      clock_(clock),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),
+      pace_(options.mode == Mode::lockstep ? options.max_topic_rate : 0),
       joint_states_{advertise_state<sensor_msgs::JointState>(node, "joint_states", kState,
                                                              &Outputs::send_joint_states),
                     {}},
@@ -34,6 +36,7 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options
       reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
       observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
       transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
+      progress_{node.advertise<walker_sim::Episode>("progress", kState), {}},
       transforms_{advertise_state<tf2_msgs::TFMessage>(node, "/tf", kListenerQueue,
                                                        &Outputs::send_transforms),
                   {}},
@@ -59,9 +62,14 @@ ros::Publisher Outputs::advertise_state(
   return node.advertise(options);
 }
 
-void Outputs::serve_late_subscribers() {
-  if (late_subscribers_.isEmpty()) return;
-  if (std::chrono::steady_clock::now() - published_at_ > kQuiet) late_subscribers_.callAvailable();
+void Outputs::catch_up() {
+  const auto now = std::chrono::steady_clock::now();
+  if (is_behind_ && pace_.take(now)) show(now);
+  if (now - shown_at_ > kQuiet && !late_subscribers_.isEmpty()) late_subscribers_.callAvailable();
+}
+
+std::chrono::steady_clock::duration Outputs::longest_wait() const {
+  return is_behind_ ? pace_.period() : std::chrono::steady_clock::duration::max();
 }
 
 void Outputs::send_transforms(const ros::SingleSubscriberPublisher& subscriber) {
@@ -95,63 +103,90 @@ std::string Outputs::recorder_complaint() const {
   return options_.recorder + " does not listen to episode_record (parameter wait_for_recorder)";
 }
 
-void Outputs::publish_constants(ros::Time stamp) {
+void Outputs::publish_constants() {
+  clock_.publish();
   publish_spec();
-  static_transforms_publisher_.publish(static_transforms(shown_.specification(), frames_, stamp));
+  static_transforms_publisher_.publish(
+      static_transforms(shown_.specification(), frames_, clock_.now()));
 }
 
 void Outputs::publish_spec() { spec_publisher_.publish(spec()); }
 
-void Outputs::publish_reset(ros::Time stamp) {
+void Outputs::publish_reset() {
   // Forgets the stamps of the episode before.
   stamps_.resize(shown_.observation_delay() + 1U);
   first_stamp_ = shown_.state().step;
   observed_step_.reset();
-  publish_episode(stamp);
-  if (shown_.state().error.empty()) markers_.begin_episode(stamp);  // else there is no scene
-  publish_state(stamp);
-  if (shown_.state().has_ended()) publish_record(stamp);  // failed, or restored as ended
-  camera_.show(stamp);
+  is_scene_new_ = true;
+  publish_episode();
+  publish_state();
+  if (shown_.state().has_ended()) publish_record();  // failed, or restored as ended
+  publish_picture();
 }
 
-void Outputs::publish_step(ros::Time stamp) {
-  publish_state(stamp);
+void Outputs::publish_step() {
+  publish_state();
   if (shown_.state().has_ended()) {
-    publish_episode(stamp);
-    publish_record(stamp);
+    publish_episode();
+    publish_record();
   }
-  camera_.show(stamp);
+  publish_picture();
 }
 
-void Outputs::publish_record(ros::Time stamp) {
-  if (record_publisher_.getNumSubscribers() > 0) record_publisher_.publish(record(stamp));
+void Outputs::publish_picture() {
+  if (!camera_.is_due(clock_.now())) return;
+  clock_.publish();
+  camera_.show(clock_.now());
 }
 
-std::optional<walker_sim::EpisodeRecord> Outputs::abandoned_record(ros::Time stamp) const {
+void Outputs::publish_record() {
+  if (record_publisher_.getNumSubscribers() == 0) return;
+  clock_.publish();
+  record_publisher_.publish(record());
+}
+
+std::optional<walker_sim::EpisodeRecord> Outputs::abandoned_record() const {
   const EpisodeState& state = shown_.state();
   const bool is_running = state.has_begun() && !state.has_ended();
   if (!is_running || record_publisher_.getNumSubscribers() == 0) return std::nullopt;
-  walker_sim::EpisodeRecord message = record(stamp);
+  walker_sim::EpisodeRecord message = record();
   message.episode.end_reason = "reset before its end";
   return message;
 }
 
 void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& record) {
-  if (record) record_publisher_.publish(*record);
+  if (!record) return;
+  clock_.publish();
+  record_publisher_.publish(*record);
 }
 
-void Outputs::publish_state(ros::Time stamp) {
+void Outputs::publish_state() {
   const EpisodeState& state = shown_.state();
+  stamp_ = clock_.now();
+  if (state.error.empty()) stamps_[state.step % stamps_.size()] = stamp_;
+  is_behind_ = true;
+  const auto now = std::chrono::steady_clock::now();
+  if (pace_.take(now)) show(now);
+  if (!transition_.is_heard()) return;
+  clock_.publish();
+  transition_.publish_if_heard(state, frames_, stamp_);
+}
+
+/// Publishes the present state to the topics that need not have every one.
+void Outputs::show(std::chrono::steady_clock::time_point now) {
+  const EpisodeState& state = shown_.state();
+  clock_.publish();
   late_subscribers_.clear();  // they receive what follows
-  published_at_ = std::chrono::steady_clock::now();
-  if (state.error.empty()) {
-    stamps_[state.step % stamps_.size()] = stamp;
+  shown_at_ = now;
+  is_behind_ = false;
+  if (state.error.empty()) {  // else there is no scene
+    if (std::exchange(is_scene_new_, false)) markers_.begin_episode(stamp_);
     if (transforms_.is_heard()) {
-      to_message(shown_.specification(), shown_.sensors(), frames_, stamp, transforms_.message);
+      to_message(shown_.specification(), shown_.sensors(), frames_, stamp_, transforms_.message);
       transforms_.publish();
     }
     publish_measurements();
-    markers_.publish_state(stamp);
+    markers_.publish_state(stamp_);
   }
   if (reward_.is_heard()) {
     reward_.message.data = state.reward;
@@ -161,7 +196,7 @@ void Outputs::publish_state(ros::Time stamp) {
     observation_.message.data = state.observation;
     observation_.publish();
   }
-  transition_.publish_if_heard(state, frames_, stamp);
+  progress_.publish_if_heard(state, frames_, stamp_);
 }
 
 /// Publishes what the walker has observed, once: a world may delay measurements and repeat them.
@@ -197,15 +232,16 @@ std::optional<ros::Time> Outputs::measured_at() const {
 
 /// The message is shared, for which roscpp wakes no thread of its own unless there is a subscriber:
 /// that thread would take a core from a client that steps without a pause.
-void Outputs::publish_episode(ros::Time stamp) {
+void Outputs::publish_episode() {
+  if (episode_publisher_.getNumSubscribers() > 0) clock_.publish();
   const auto message = boost::make_shared<walker_sim::Episode>();
-  to_message(shown_.state(), frames_, stamp, *message);
+  to_message(shown_.state(), frames_, clock_.now(), *message);
   episode_publisher_.publish(message);
 }
 
-walker_sim::Transition Outputs::message(const EpisodeState& state, ros::Time stamp) const {
+walker_sim::Transition Outputs::message(const EpisodeState& state) const {
   walker_sim::Transition message;
-  to_message(state, frames_, stamp, message);
+  to_message(state, frames_, clock_.now(), message);
   return message;
 }
 
@@ -215,22 +251,22 @@ walker_sim::EnvironmentSpec Outputs::spec() const {
   return message;
 }
 
-walker_sim::EpisodeRecord Outputs::message(EpisodeRecord record, ros::Time stamp) const {
+walker_sim::EpisodeRecord Outputs::message(EpisodeRecord record) const {
   walker_sim::EpisodeRecord message;
   message.spec = spec();
-  to_message(shown_.state(), frames_, stamp, message.episode);
+  to_message(shown_.state(), frames_, clock_.now(), message.episode);
   to_message(std::move(record), message);
   return message;
 }
 
-walker_sim::EpisodeRecord Outputs::record(ros::Time stamp) const {
+walker_sim::EpisodeRecord Outputs::record() const {
   EpisodeRecord record;
   try {
     record = shown_.record();
     // NOLINTNEXTLINE(bugprone-empty-catch): the message then has only number, length and return
   } catch (const std::logic_error&) {
   }
-  return message(std::move(record), stamp);
+  return message(std::move(record));
 }
 
 }  // namespace walker

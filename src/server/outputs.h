@@ -18,45 +18,55 @@
 #include "server/environments.h"
 #include "server/markers/markers.h"
 #include "server/parameter_reader.h"
+#include "server/time/simulation_clock.h"
 #include "server/topics/converters.h"
+#include "server/topics/topic_pace.h"
 #include "walker_sim/EpisodeRecord.h"
 
 namespace walker {
 
-/// Publishes the states of the shown environment. Topics that are not latched are published only
-/// while they have subscribers.
+/// Publishes the states of the shown environment, stamped with the clock's present time, which is
+/// published first. Topics that are not latched are published only while they have subscribers.
+///
+/// Transitions, episodes and records are all published. The other topics show the newest state, in
+/// lock-step at the pace of `max_topic_rate`.
 class Outputs {
  public:
-  /// @param pool outlives this
-  Outputs(ros::NodeHandle& node, Pool& pool, const ServerOptions& options,
+  /// @param pool, clock outlive this
+  Outputs(ros::NodeHandle& node, Pool& pool, SimulationClock& clock, const ServerOptions& options,
           const RenderThread::MakeRenderer& make_renderer);
 
   /// Publishes the specification and the static transforms (latched).
-  void publish_constants(ros::Time stamp);
+  void publish_constants();
   /// Publishes the specification (latched) with the world of the resets to come.
   void publish_spec();
 
   /// Publishes the state after a reset, with the episode (latched) and the scene.
-  void publish_reset(ros::Time stamp);
+  void publish_reset();
 
   /// Publishes the state after a step, and if the episode has ended, also the episode (latched) and
   /// its record.
-  void publish_step(ros::Time stamp);
+  void publish_step();
 
-  /// While nothing moves, publishes the present transforms and joint states to subscribers that
-  /// have connected since the last step. While steps follow each other, the next step's messages
-  /// serve them.
-  void serve_late_subscribers();
+  /// Publishes the time, which has advanced without a new state.
+  void publish_time() { clock_.publish(); }
+
+  /// Shows the newest state if the pace has held it back until now. While nothing moves, also
+  /// publishes the present transforms and joint states to subscribers that have connected since the
+  /// last state. While states follow each other, the next state's messages serve them.
+  void catch_up();
+  /// How long `catch_up` need not be called.
+  std::chrono::steady_clock::duration longest_wait() const;
 
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
   /// runs or nobody subscribes to records.
-  std::optional<walker_sim::EpisodeRecord> abandoned_record(ros::Time stamp) const;
+  std::optional<walker_sim::EpisodeRecord> abandoned_record() const;
   void publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& record);
 
-  walker_sim::Transition message(const EpisodeState& state, ros::Time stamp) const;
+  walker_sim::Transition message(const EpisodeState& state) const;
   walker_sim::EnvironmentSpec spec() const;
   /// @param record of the present episode
-  walker_sim::EpisodeRecord message(EpisodeRecord record, ros::Time stamp) const;
+  walker_sim::EpisodeRecord message(EpisodeRecord record) const;
 
   ServerCamera& camera() { return camera_; }
   const ServerCamera& camera() const { return camera_; }
@@ -86,24 +96,31 @@ class Outputs {
                                  void (Outputs::*send)(const ros::SingleSubscriberPublisher&));
   void send_transforms(const ros::SingleSubscriberPublisher& subscriber);
   void send_joint_states(const ros::SingleSubscriberPublisher& subscriber);
-  void publish_state(ros::Time stamp);
+  void publish_state();
+  void show(std::chrono::steady_clock::time_point now);
   void publish_measurements();
   bool has_state() const;
   std::optional<ros::Time> measured_at() const;
-  void publish_episode(ros::Time stamp);
+  void publish_episode();
+  void publish_picture();
   ros::Publisher advertise_records(ros::NodeHandle& node);
-  void publish_record(ros::Time stamp);
-  walker_sim::EpisodeRecord record(ros::Time stamp) const;
+  void publish_record();
+  walker_sim::EpisodeRecord record() const;
 
   Episode& shown_;
+  SimulationClock& clock_;
   ServerOptions options_;
   Frames frames_;
-  int recorder_connections_ = 0;   // to the topic that is needed to replay a bag
+  int recorder_connections_ = 0;  // to the topic that is needed to replay a bag
+  TopicPace pace_;
+  ros::Time stamp_;                // of the present state
+  bool is_behind_ = false;         // the topics do not show the present state yet
+  bool is_scene_new_ = false;      // nor do they show its episode's scene
   std::vector<ros::Time> stamps_;  // ring by step: as many as the world's observation delay needs
   std::uint32_t first_stamp_ = 0;  // step of the first one; 0 unless the episode was restored
   std::optional<std::uint32_t> observed_step_;  // of the newest measurements; none: no state yet
-  ros::CallbackQueue late_subscribers_;         // connected since the last publication
-  std::chrono::steady_clock::time_point published_at_;
+  ros::CallbackQueue late_subscribers_;         // connected since the last state was shown
+  std::chrono::steady_clock::time_point shown_at_;
 
   Topic<sensor_msgs::JointState> joint_states_;
   Topic<sensor_msgs::LaserScan> scan_;
@@ -113,6 +130,7 @@ class Outputs {
   Topic<std_msgs::Float64> reward_;
   Topic<std_msgs::Float64MultiArray> observation_;
   Topic<walker_sim::Transition> transition_;
+  Topic<walker_sim::Episode> progress_;
   Topic<tf2_msgs::TFMessage> transforms_;
   ros::Publisher episode_publisher_;
   ros::Publisher record_publisher_;

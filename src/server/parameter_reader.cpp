@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kMaxTimeout = 3600;
 constexpr double kMaxRate = 1000;
+constexpr double kMaxTopicRate = 1e6;
 
 Mode parse_mode(const std::string& text) {
   if (text == to_text(Mode::free)) return Mode::free;
@@ -147,15 +148,19 @@ std::vector<ParameterDescription> server_parameters() {
        "Age after which zero torque replaces an effort command; 0: never.", 0, kMaxTimeout},
       {"publish_clock", true, "", "Publish /clock; false: follow it in mode free.", 0, 0},
       {"paused", false, "", "Start paused in mode free.", 0, 0},
-      {"spin_us", std::int64_t{50}, "us",
+      {"spin_us", std::int64_t{kChosenSpin}, "us",
        "Longest time to poll for the next request after an answer before the server blocks, while "
-       "requests come that soon; 0: none.",
-       0, kMaxSpinMicroseconds},
+       "requests come that soon; 0: none; -1: five times what waking a thread costs here.",
+       kChosenSpin, kMaxSpinMicroseconds},
       {"wait_for_recorder", std::string(), "",
        "Name of the recording node: the server neither steps nor advertises services before that "
        "node subscribes to episode_record, which replay needs. Empty: do not wait.",
        0, 0},
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
+      {"max_topic_rate", 500.0, "1/s",
+       "States per second of wall time that topics show in mode lockstep, where calls follow each "
+       "other faster; transition, episode and episode_record have all. 0: all states.",
+       0, kMaxTopicRate},
       {"camera_rate", 25.0, "1/s",
        "Pictures per second of simulation time while there are subscribers; 0: one per state.", 0,
        kMaxRate},
@@ -213,8 +218,9 @@ ServerOptions read_server_options() {
   options.command_timeout = std::get<double>(complete.at("command_timeout"));
   options.publish_clock = std::get<bool>(complete.at("publish_clock"));
   options.paused = std::get<bool>(complete.at("paused"));
+  options.max_topic_rate = std::get<double>(complete.at("max_topic_rate"));
   options.camera_rate = std::get<double>(complete.at("camera_rate"));
-  options.spin = std::chrono::microseconds(to_uint32(complete, "spin_us"));
+  options.spin = spin_limit(std::get<std::int64_t>(complete.at("spin_us")));
   options.recorder = resolve_recorder(std::get<std::string>(complete.at("wait_for_recorder")));
   options.tf_prefix = find_tf_prefix();
   return options;

@@ -33,6 +33,7 @@ struct ServerOptions {
   double command_timeout;  ///< [s]; 0: none
   bool publish_clock;
   bool paused;
+  double max_topic_rate = 0;         ///< states that topics show per second in lockstep; 0: all
   double camera_rate = 0;            ///< pictures per second of simulation time; 0: one per state
   std::chrono::microseconds spin{};  ///< longest time to poll for the next request
   std::string recorder;              ///< full name of the node to wait for; empty: none

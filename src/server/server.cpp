@@ -1,5 +1,6 @@
 #include "server/server.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -177,7 +178,7 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       pool_(make_pool(options, make_environment)),
       clock_(options.publish_clock ? SimulationClock(node_, pool_.specification().dt)
                                    : SimulationClock(pool_.specification().dt)),
-      outputs_(node_, pool_, options, make_renderer),
+      outputs_(node_, pool_, clock_, options, make_renderer),
       simulation_(options, pool_, clock_, outputs_),
       restores_(simulation_, outputs_, make_environment),
       port_(options.spin),
@@ -200,7 +201,7 @@ void Server::run() {
   if (on_wall_time) clock_.catch_up(ros::Time::now());
   // Time starts above zero, so that ros::Time::waitForValid does not block until the first reset.
   if (!drive_->follows_clock()) clock_.advance();
-  outputs_.publish_constants(clock_.now());
+  outputs_.publish_constants();
   if (!options_.recorder.empty()) {
     // Clients wait for services, so none resets before the recorder listens.
     wait_for_recorder();
@@ -209,9 +210,10 @@ void Server::run() {
   }
   drive_->start();
   while (ros::ok()) {
-    serve(drive_->until_due(Drive::Clock::now()));
+    serve(std::min<Drive::Clock::duration>(drive_->until_due(Drive::Clock::now()),
+                                           outputs_.longest_wait()));
     if (ros::ok()) drive_->step_if_due();
-    outputs_.serve_late_subscribers();
+    outputs_.catch_up();
   }
 }
 
@@ -241,20 +243,20 @@ void Server::advertise_services() {
     const std::optional<std::uint64_t> seed = request.seed;
     const EpisodeState& state =
         drive_->reset(request.has_seed != 0 ? seed : std::nullopt, to_world(request.world));
-    response.transition = outputs_.message(state, clock_.now());
+    response.transition = outputs_.message(state);
     to_message(state.world_values(), response.world);
   });
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
     drive_->require_steps_by_service("step");
     const EpisodeState& state = simulation_.step(request.action);
     simulation_.record_stepping(port_.caller());
-    response.transition = outputs_.message(state, clock_.now());
+    response.transition = outputs_.message(state);
   });
   advertise<StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
     drive_->require_steps_by_service("step_many");
     const EpisodeState& state = simulation_.step_many(request, response);
     simulation_.record_stepping(port_.caller());
-    response.transition = outputs_.message(state, clock_.now());
+    response.transition = outputs_.message(state);
   });
   constexpr std::size_t kResetBytes =
       sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t) + kMaxWorldBytes;

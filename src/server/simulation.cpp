@@ -43,7 +43,7 @@ const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed,
                                       const std::optional<World>& world) {
   clock_.require();
   Episode& environment = single_episode(pool_, "reset");
-  const auto abandoned = outputs_.abandoned_record(clock_.now());
+  const auto abandoned = outputs_.abandoned_record();
   if (world) change_worlds([&] { environment.set_world(*world); });
   outputs_.publish_abandoned(abandoned);
   environment.reset(seed);
@@ -109,7 +109,7 @@ void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Res
   const std::vector<std::uint32_t>& listed = request.environments;
   const bool is_shown_listed =
       listed.empty() || std::count(listed.begin(), listed.end(), options_.shown_environment) != 0;
-  const auto abandoned = is_shown_listed ? outputs_.abandoned_record(clock_.now()) : std::nullopt;
+  const auto abandoned = is_shown_listed ? outputs_.abandoned_record() : std::nullopt;
   change_worlds([&] { batch_calls_.reset(request, response); });
   stepping_agents_.clear();
   if (state.episode != episode) {
@@ -117,6 +117,7 @@ void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Res
     publish_reset();
   } else {
     advance_time();
+    outputs_.publish_time();
   }
 }
 
@@ -141,13 +142,13 @@ void Simulation::set_worlds(const SetWorld::Request& request) {
 }
 
 walker_sim::EpisodeRecord Simulation::snapshot() const {
-  return outputs_.message(single_episode(pool_, "snapshot").record(), clock_.now());
+  return outputs_.message(single_episode(pool_, "snapshot").record());
 }
 
 const EpisodeState& Simulation::restore(Episode& repeated) {
   clock_.require();
   Episode& environment = single_episode(pool_, "restore");
-  outputs_.publish_abandoned(outputs_.abandoned_record(clock_.now()));
+  outputs_.publish_abandoned(outputs_.abandoned_record());
   environment.take_over(repeated);
   ++counters_.resets;
   stepping_agents_.clear();
@@ -162,14 +163,14 @@ void Simulation::advance_time() {
 
 void Simulation::publish_step() {
   advance_time();
-  outputs_.publish_step(clock_.now());
+  outputs_.publish_step();
 }
 
 /// Also clears the held command, which was meant for the previous episode.
 void Simulation::publish_reset() {
   command_.clear();
   advance_time();
-  outputs_.publish_reset(clock_.now());
+  outputs_.publish_reset();
 }
 
 void Simulation::take_command(const std::vector<double>& efforts, const std::string& agent) {
@@ -258,7 +259,7 @@ bool Restores::continue_first() {
     constexpr std::chrono::milliseconds kSlice{1};
     if (!scratch.repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
     const EpisodeState& state = simulation_.restore(scratch);
-    response.transition = outputs_.message(state, simulation_.clock().now());
+    response.transition = outputs_.message(state);
     to_message(state.world_values(), response.world);
     response.success = 1;
   } catch (const std::exception& error) {

@@ -66,7 +66,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Over ROS: timeout of each call [s of wall time].
     spin_us
         Over ROS: longest time to poll for an answer before the call blocks, 0 to 1000 [us]; 0:
-        none. A call polls only while recent answers came within that time.
+        none; None: five times what waking a thread costs on this machine. A call polls only while
+        recent answers came within that time.
     max_episode_steps
         Step on which an episode is truncated. In process, None, -1 and 0 leave truncation to
         Gymnasium's ``TimeLimit``. Over ROS the server must have this limit (-1 and 0: none; None:
@@ -102,7 +103,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
-        spin_us: int = 100,
+        spin_us: int | None = None,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,
         world: AnyWorld = None,

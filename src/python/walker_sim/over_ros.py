@@ -123,7 +123,7 @@ class Connection:
             raise ValueError(f"{timeout_text}, as a float") from None
         self._required: Specification = {"mode": "lockstep", "num_envs": num_envs, **required}
         self._takes_any_limit: bool = takes_any_limit
-        spin_us = to_count("spin_us", address.spin_us, 0)
+        spin_us = -1 if address.spin_us is None else to_count("spin_us", address.spin_us, 0)
         self._options: tuple[str, dict[str, Any], str, str, float, int]
         self._options = (
             *(env_id, dict(parameters), address.server, address.master_uri, timeout, spin_us),

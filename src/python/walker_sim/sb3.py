@@ -70,7 +70,7 @@ class VecEnv(vec_env.VecEnv):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
-        spin_us: int = 100,
+        spin_us: int | None = None,
         num_threads: int = 0,
         max_episode_steps: int | None = None,
         render_mode: str | None = None,

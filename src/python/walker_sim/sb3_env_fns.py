@@ -96,7 +96,7 @@ def spec_of(env_fns: EnvFns, others: Mapping[str, Any]) -> VecEnvSpec:
         "server": ("/walker_sim",),
         "master_uri": ("",),
         "timeout": (10.0,),
-        "spin_us": (100,),
+        "spin_us": (None,),
     }
     for name, value in others.items():
         if value not in defaults.get(name, (None,)):

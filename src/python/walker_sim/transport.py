@@ -83,7 +83,7 @@ class ServerAddress(NamedTuple):
     server: str = "/walker_sim"
     master_uri: str = ""
     timeout: float = 10.0  # per call [s of wall time]
-    spin_us: int = 100  # longest time to poll for an answer [us]
+    spin_us: int | None = None  # longest time to poll for an answer [us]; None: measured
 
     def is_remote(self) -> bool:
         """Returns whether the walkers are on a server; ValueError if the transport is unknown."""

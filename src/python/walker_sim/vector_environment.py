@@ -73,7 +73,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         server: str = "/walker_sim",
         master_uri: str = "",
         timeout: float = 10.0,
-        spin_us: int = 100,
+        spin_us: int | None = None,
         num_threads: int = 0,
         batch_size: int = 0,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,

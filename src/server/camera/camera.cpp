@@ -141,12 +141,14 @@ ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
       tf_publisher_(node.advertise<tf2_msgs::TFMessage>("/tf", kListenerQueue)),
       thread_(std::move(make_renderer)) {}
 
+bool ServerCamera::is_due(ros::Time stamp) const {
+  const bool has_failed = !shown_.state().error.empty();
+  return !has_failed && stamp.toNSec() / period_ != last_turn_ &&
+         publisher_.getNumSubscribers() > 0;
+}
+
 void ServerCamera::show(ros::Time stamp) {
-  // At most one picture per period of simulation time.
-  const std::uint64_t turn = stamp.toNSec() / period_;
-  if (turn == last_turn_ || publisher_.getNumSubscribers() == 0) return;
-  if (!shown_.state().error.empty()) return;  // the engine has failed
-  last_turn_ = turn;
+  last_turn_ = stamp.toNSec() / period_;
   RenderJob job;
   job.camera = options_.camera;
   job.may_be_skipped = true;

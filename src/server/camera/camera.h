@@ -86,7 +86,9 @@ class ServerCamera {
   ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames, const ServerOptions& options,
                RenderThread::MakeRenderer make_renderer);
 
-  /// Publishes a picture of the shown state if the topics have subscribers and one is due.
+  /// Whether a picture is due, at most one per period of simulation time, and has subscribers.
+  bool is_due(ros::Time stamp) const;
+  /// Publishes a picture of the shown state.
   void show(ros::Time stamp);
 
   /// @throws std::exception with the reason why there will be no reply

@@ -15,6 +15,7 @@
 #include <rosgraph_msgs/Clock.h>
 
 #include "base/shortest_text.h"
+#include "ros/node_main.h"
 #include "wire/master.h"
 #include "wire/socket.h"
 
@@ -110,7 +111,7 @@ SimulationClock::SimulationClock(ros::NodeHandle& node, double dt) : SimulationC
   // Otherwise a subscriber that connects between two lock-steps would wait for the next one. A
   // latched message would overtake queued ones, so time would run backwards for the subscriber.
   const auto publish_to_new_subscriber = [this](const ros::SingleSubscriberPublisher&) {
-    publish();
+    publish_again();
   };
   publisher_ = node.advertise<rosgraph_msgs::Clock>("/clock", 10, publish_to_new_subscriber);
   // Checked after advertising: of two servers that start together, at least one sees the other.
@@ -142,14 +143,20 @@ void SimulationClock::require(int steps) const {
 void SimulationClock::advance() {
   require();
   now_ += dt_;
+  is_published_ = false;
   if (!publisher_) return;
   reservation_->use(now_.toNSec());
-  publish();
+  set_time(now_);
+}
+
+void SimulationClock::publish() {
+  if (publisher_ && !is_published_) publish_again();
 }
 
 void SimulationClock::catch_up(ros::Time time) { now_ = std::max(now_, time); }
 
-void SimulationClock::publish() {
+void SimulationClock::publish_again() {
+  is_published_ = true;
   rosgraph_msgs::Clock message;
   message.clock = now_;
   publisher_.publish(message);

@@ -12,7 +12,8 @@
 
 namespace walker {
 
-/// The time of a server's stamps. If the server owns /clock, also publishes it.
+/// The time of a server's stamps. If the server owns /clock, also publishes it, and sets this
+/// node's ROS time, for which roscpp would subscribe to it.
 ///
 /// Time continues where the last owner of /clock on this master stopped, even if that was killed:
 /// an owner reserves time ahead on the parameter server. If the master does not answer, nothing
@@ -40,9 +41,12 @@ class SimulationClock {
   /// @throws std::range_error if it has not
   void require(int steps = 1) const;
 
-  /// Advances by a step, and publishes the new time if this is the owner.
+  /// Advances by a step, without publishing.
   /// @throws std::range_error at the end of ROS time; then nothing has changed
   void advance();
+
+  /// If this is the owner, publishes the present time unless that has been published.
+  void publish();
 
   /// Why a server started after this one may begin below its time; empty if it cannot.
   std::string complaint() const { return reservation_ ? reservation_->complaint() : ""; }
@@ -51,10 +55,11 @@ class SimulationClock {
   void catch_up(ros::Time time);
 
  private:
-  void publish();
+  void publish_again();
 
   ros::Duration dt_;
   ros::Time now_;
+  bool is_published_ = false;                     // the present time
   ros::Publisher publisher_;                      // empty unless owner
   std::unique_ptr<TimeReservation> reservation_;  // null unless owner
 };
