@@ -27,8 +27,10 @@ SECTIONS = {
     "scaling": in_process.scaling,
     "worlds": in_process.worlds,
     "lockstep": over_ros.lockstep,
+    "transport": over_ros.transport,
     "step_batch": over_ros.step_batch,
     "free": over_ros.free,
+    "jitter": over_ros.jitter,
     "memory": in_process.memory,
     "start": over_ros.start,
     "reset": in_process.reset,
@@ -176,7 +178,8 @@ def main():
     write(arguments, machine, rows)
     failed = [row for row in rows if row.error]
     for row in failed:
-        print(f"FAILED {row.section}, {row.environment} {row.side}: {row.error}", file=sys.stderr)
+        names = " ".join(filter(None, (row.environment, row.side, row.condition)))
+        print(f"FAILED {row.section}, {names}: {row.error}", file=sys.stderr)
     return 1 if failed else 0
 
 

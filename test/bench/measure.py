@@ -32,7 +32,7 @@ class Row:
     unit: str
     num_envs: int = 1
     threads: int = 1
-    placement: str = ""
+    condition: str = ""  # what runs beside the measured processes
     peer: Optional["Row"] = None  # the other side of the comparison
     values: List[float] = dataclasses.field(default_factory=list)
     slices: List[dict] = dataclasses.field(default_factory=list)
@@ -164,13 +164,17 @@ class Plan:
         self.jobs.append(Job(command, self.read, rows, cores, apart))
         return rows
 
+    @property
+    def rows(self):
+        return [row for job in self.jobs for row in job.rows.values()]
+
     def run(self, rounds):
         """Runs the rounds and returns all rows. Skips a job after its first failure."""
         for _ in range(rounds):
             for job in self.jobs:
                 if not job.has_failed:
                     job.run(self.folder)
-        return [row for job in self.jobs for row in job.rows.values()]
+        return self.rows
 
 
 def describe_machine(root, leave_out=()):

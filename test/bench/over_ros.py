@@ -1,11 +1,17 @@
 """Measurements over ROS: lock-step, batches, free-running mode, start-up."""
 
+import functools
 import pathlib
 import sys
 import time
+from tempfile import TemporaryDirectory
+from typing import NamedTuple, Sequence
 
 from measure import Failure, Plan, Row, against, run_slice, steps_per_second
-from ros import Master, await_true, call_service, diagnostics, place, stop
+from ros import Master, await_true, call_service, diagnostics, stop
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "server"))
+from launched import start_screen
 
 WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
@@ -13,58 +19,110 @@ BATCHES = (1, 8, 64, 512)
 MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300, "--spin-us", 50)
 MIN_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
+BUSY = (sys.executable, "-c", "while True: pass")
+JITTERS = (  # condition, number of busy processes, realtime_priority
+    ("quiet", 0, 0),
+    ("two busy processes", 2, 0),
+    ("two busy processes, realtime_priority 50", 2, 50),
+)
+
+
+class Condition(NamedTuple):
+    """What runs beside the server and its client."""
+
+    arguments: Sequence[str] = ("rviz:=false", "status:=false")  # of walker.launch
+    beside: Sequence[Sequence[str]] = ()  # commands
+    topic: str = ""  # to which the condition's node subscribes
+
+
+CONDITIONS = {
+    "alone": Condition(),
+    "status line": Condition(["headless:=true"], topic="/odom"),
+    "rviz": Condition(["rviz:=true"], topic="/state_markers"),
+    "rosbag record -a": Condition(beside=[["rosbag", "record", "-a"]], topic="/state_markers"),
+    "one busy process": Condition(beside=[BUSY]),
+    "two busy processes": Condition(beside=[BUSY, BUSY]),
+}
 
 
 def lockstep(settings):
-    """One environment stepped by service, client and server on one core or free to use two. Also
-    without physics, beside a raw TCP connection with messages of the same size, and with a server
-    that does not poll before it blocks."""
+    """One environment stepped by service in each condition, with no process bound to a core."""
     rows = []
-    cores_of = (settings.one_core, settings.two_cores)
-    with Master(settings) as master:
-        null_options = {"mode": "lockstep", "env": WALKER, "publish_clock": "false"}
-        null = master.server("walker_sim_null_server", "/null", **null_options)
-        for env in (WALKER, WALKER2D):
-            options = {"mode": "lockstep", "env": env}
-            server = master.server(namespace=f"/{env[:8]}", **options)
-            options.update(publish_clock="false", spin_us=0)
-            blocking = master.server(namespace=f"/{env[:8]}_blocking", **options)
-            for cores in cores_of:
-                for _, process in (server, blocking, null):
-                    place(process, cores)
-                rows += lockstep_on(settings, env, cores, server[0], blocking[0], null[0])
-            stop(server[1])
-            stop(blocking[1])
+    for env in (WALKER, WALKER2D):
+        for name in list(CONDITIONS)[: 2 if settings.is_quick else None]:
+            plan = lockstep_plan(settings, env, name)
+            topic = CONDITIONS[name].topic
+            try:
+                # The folder is removed with the recorder's bag, which may exceed 1 GB.
+                with TemporaryDirectory(dir=settings.folder) as folder, Master(settings) as master:
+                    launch(settings, master, env, CONDITIONS[name], folder)
+                    plan.run(settings.rounds(4))
+                    if topic and not master.has_subscriber(topic):
+                        raise Failure(f"the subscriber of {topic} ended during the measurement")
+            except Failure as failure:
+                for row in plan.rows:
+                    row.error = str(failure)
+            rows += plan.rows
     return rows
 
 
-def lockstep_on(settings, env, cores, server, blocking, null):
+def lockstep_plan(settings, env, condition):
     plan = Plan("lockstep", "steps/s", steps_per_second, settings.folder)
     seconds = ["--seconds", settings.seconds(0.6)]
+    server = ["--server", "/walker_sim", *seconds]
 
     def add(side, command):
-        placement = f"{len(cores)} core{'s' if len(cores) > 1 else ''}"
-        return plan.add(side, env, command, cores, placement=placement)
+        return plan.add(side, env, command, settings.two_cores, condition=condition)
 
-    def client(program, *options):
-        return [settings.programs / f"walker_sim_{program}", *options, *seconds]
-
-    python = settings.python("gymnasium", env, "--server", server, *seconds)
     sides = [
-        add("our client", client("benchmark", "client", "--server", server)),
-        add("gymnasium.make", python),
+        add("our client", [settings.programs / "walker_sim_benchmark", "client", *server]),
+        add("gymnasium.make", settings.python("gymnasium", env, *server)),
     ]
     if env == WALKER:
-        for text, name in (("", server), (", spin_us 0", blocking)):
-            rospy = [sys.executable, LOCKSTEP_ROSPY, "--server", name, *seconds]
-            sides.append(add(f"roscpp{text}", client("lockstep_roscpp", "--server", name)))
-            sides.append(add(f"rospy{text}", rospy))
-        ours = add("our client, no physics", client("benchmark", "client", "--server", null))
-        against(ours, add("raw TCP", client("ping_pong", *MESSAGE_SIZES)))
+        sides.append(add("roscpp", [settings.programs / "walker_sim_lockstep_roscpp", *server]))
+        sides.append(add("rospy", [sys.executable, LOCKSTEP_ROSPY, *server]))
     gymnasium = add("Gymnasium in process", settings.peer("gymnasium", env, *seconds))
     for ours in sides:
         against(ours, gymnasium)
-    return plan.run(settings.rounds(4))
+    return plan
+
+
+def launch(settings, master, env, condition, folder):
+    """Starts walker.launch and the processes of the condition, until the master ends."""
+    run = functools.partial(master.process, cores=settings.two_cores, cwd=folder)
+    variables = []
+    if "rviz:=true" in condition.arguments:
+        try:
+            display = start_screen(run, "1360x860")
+        except AssertionError as error:
+            raise Failure(str(error)) from None
+        # rviz stores its settings in HOME.
+        variables = [f"DISPLAY={display}", "QT_QPA_PLATFORM=xcb", f"HOME={folder}"]
+    arguments = [f"env:={env}", "mode:=lockstep", *condition.arguments]
+    process = run(["env", *variables, "roslaunch", "walker_sim", "walker.launch", *arguments])
+    master.await_service("/walker_sim/get_spec", process)
+    for command in condition.beside:
+        run(command)
+    if condition.topic:
+        is_there = functools.partial(master.has_subscriber, condition.topic)
+        await_true(is_there, f"a subscriber of {condition.topic}")
+
+
+def transport(settings):
+    """A server without physics, beside a raw TCP connection with messages of the same size."""
+    plan = Plan("transport", "steps/s", steps_per_second, settings.folder)
+    seconds = ["--seconds", settings.seconds(0.6)]
+
+    def add(side, program, *options):
+        command = [settings.programs / program, *options, *seconds]
+        return plan.add(side, WALKER, command, settings.two_cores)
+
+    with Master(settings) as master:
+        options = {"mode": "lockstep", "env": WALKER}
+        name, _ = master.server("walker_sim_null_server", cores=settings.two_cores, **options)
+        ours = add("our client, no physics", "walker_sim_benchmark", "client", "--server", name)
+        against(ours, add("raw TCP", "walker_sim_ping_pong", *MESSAGE_SIZES))
+        return plan.run(settings.rounds(4))
 
 
 def step_batch(settings):
@@ -98,27 +156,38 @@ def free(settings):
     for env in (WALKER, "Walker2d-v5"):
         fastest = Row("free", env, "highest real-time factor", "")
         rows.append(fastest)
-        watch(settings, env, 0, 2, {"real_time_factor": fastest})
-        jitters = {
-            f"jitter_{key}_us": Row("free", env, f"jitter {text} [us]", "us")
-            for key, text in (("p50", "p50"), ("p99", "p99"), ("p999", "p99.9"), ("max", "max"))
-        }
-        rows += jitters.values()
-        watch(settings, env, 1, 8, jitters)
+        watch(settings, 2, {"real_time_factor": fastest}, env=env, real_time_factor=0)
     return rows
 
 
-def watch(settings, env, factor, period, rows):
+def jitter(settings):
+    """Deviation of the intervals between steps in real time, with and without a priority."""
+    rows = []
+    for env in (WALKER, "Walker2d-v5"):
+        for name, number_busy, priority in JITTERS:
+            by_key = {
+                f"jitter_{key}_us": Row("jitter", env, text, "us", condition=name)
+                for key, text in (("p50", "p50"), ("p99", "p99"), ("p999", "p99.9"), ("max", "max"))
+            }
+            rows += by_key.values()
+            watch(settings, 8, by_key, number_busy, env=env, realtime_priority=priority)
+    return rows
+
+
+def watch(settings, period, rows, number_busy=0, **parameters):
     """Appends the values of two reports to the rows, keyed by their names in the diagnostics. The
     first report of all covers the paused start-up: it has elapsed time but no intervals."""
     period = max(settings.seconds(period), MIN_PERIOD)
-    parameters = {"env": env, "real_time_factor": factor, "diagnostic_period": period}
+    parameters["diagnostic_period"] = period
     try:
         with Master(settings) as master:
-            master.server(mode="free", paused="true", **parameters)
-            master.process([settings.programs / "topic_agent", "_agent:=heuristic"])
+            cores = settings.two_cores
+            master.server(mode="free", paused="true", cores=cores, **parameters)
+            master.process([settings.programs / "topic_agent", "_agent:=heuristic"], cores)
             call_service("/walker_sim/unpause")
-            skipped = 1 if factor == 0 else 0
+            for _ in range(number_busy):
+                master.process(BUSY, settings.two_cores)
+            skipped = 1 if parameters.get("real_time_factor") == 0 else 0
             for report in diagnostics(2 + skipped, period)[skipped:]:
                 for key, row in rows.items():
                     row.values.append(float(report[key]))

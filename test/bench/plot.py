@@ -45,15 +45,15 @@ def draw(rows, machine, path):
         [(name, color, [find(rows, "core", e, side) for e in ids]) for side, name, color in sides],
     )
 
-    placements = ("1 core", "2 cores")
+    conditions = ("alone", "rviz", "one busy process")
     sides = (("our client", OURS), ("roscpp", OURS_2), ("rospy", OURS_3))
     sides += (("Gymnasium in process", GYMNASIUM),)
     axes[0][1].set_title("One BipedalWalker, lock-step over ROS", loc="left")
     bars(
         axes[0][1],
-        ["client and server\non one core", "free to use two cores"],
+        ["alone", "with rviz", "beside one\nbusy process"],
         [
-            (side, color, [find(rows, "lockstep", BIPEDAL, side, placement=p) for p in placements])
+            (side, color, [find(rows, "lockstep", BIPEDAL, side, condition=c) for c in conditions])
             for side, color in sides
         ],
     )

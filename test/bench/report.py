@@ -14,9 +14,15 @@ TABLES = {
     "pool": ("Pools by size [steps/s]", ("environment", "threads", "side"), "num_envs"),
     "scaling": ("From one thread to two [steps/s]", ("environment", "num_envs"), "side"),
     "worlds": ("Worlds, 64 walkers on one core [steps/s]", ("environment",), "side"),
-    "lockstep": ("Lock-step over ROS [steps/s]", ("environment", "side"), "placement"),
+    "lockstep": ("Lock-step over ROS [steps/s]", ("environment", "side"), "condition"),
+    "transport": ("Transport without physics [steps/s]", ("environment",), "side"),
     "step_batch": ("~step_batch by size [steps/s]", ("side",), "num_envs"),
     "free": ("Free-running with the heuristic", ("environment",), "side"),
+    "jitter": (
+        "Jitter of a free-running walker [us]",
+        ("environment", "condition"),
+        "side",
+    ),
     "memory": ("Resident memory of an environment [kB]", ("environment",), "side"),
     "start": ("From roslaunch to the first answered step [s]", ("environment",), "side"),
     "reset": ("Reset [us of processor time]", ("environment",), "side"),
@@ -28,7 +34,7 @@ TABLES = {
 
 BIPEDAL, HARDCORE = "BipedalWalker-v3", "BipedalWalkerHardcore-v3"
 WALKER2D, HOPPER = "Walker2d-v4", "Hopper-v5"
-TWO_THREADS, TWO_CORES = {"num_envs": 64, "threads": 2}, {"placement": "2 cores"}
+TWO_THREADS = {"num_envs": 64, "threads": 2}
 LOCKSTEP = "lock-step over ROS on two cores, {}, {}, against Gymnasium in process"
 # README's ratios: text, and section, environment, side and attributes of the row.
 SUMMARY = (
@@ -41,9 +47,16 @@ SUMMARY = (
         for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))
     ),
     *(
-        (LOCKSTEP.format(name, side), "lockstep", env, side, TWO_CORES)
+        (LOCKSTEP.format(name, side), "lockstep", env, side, {"condition": "status line"})
         for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))
         for side in ("our client", "gymnasium.make")
+    ),
+    *(
+        (LOCKSTEP.format("Walker2d", text), "lockstep", WALKER2D, "gymnasium.make", attributes)
+        for text, attributes in (
+            ("gymnasium.make with rviz", {"condition": "rviz"}),
+            ("gymnasium.make beside one busy process", {"condition": "one busy process"}),
+        )
     ),
     (
         "gymnasium.make, BipedalWalker, against Gymnasium's own",

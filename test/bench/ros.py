@@ -11,12 +11,13 @@ import xmlrpc.client
 
 from measure import Failure
 
-PATIENCE = 20  # timeout for starting and stopping [s]
+PATIENCE = 60  # timeout for starting and stopping; roslaunch waits 15 s for each node [s]
 POLL = 0.005  # [s]
 
 
-def start(command, log, cores=None):
-    """Starts a process that ends with this one. Appends its output to the file `log`."""
+def start(command, log, cores=None, **options):
+    """Starts a process that ends with this one, in a session of its own as from another terminal:
+    Linux divides the processor among sessions. Appends its output to the file `log`."""
     pinned = [] if cores is None else ["taskset", "--cpu-list", ",".join(map(str, cores))]
     with open(log, "ab") as output:
         return subprocess.Popen(
@@ -24,6 +25,8 @@ def start(command, log, cores=None):
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
+            start_new_session=True,
+            **options,
         )
 
 
@@ -58,12 +61,6 @@ def free_port():
     raise Failure("no port between 23000 and 32768 is free")
 
 
-def place(process, cores):
-    """Moves all threads of a running process to these cores."""
-    for thread in os.listdir(f"/proc/{process.pid}/task"):
-        os.sched_setaffinity(int(thread), cores)
-
-
 class Master:
     """A master on a free port. Sets ROS_MASTER_URI for processes started in its context."""
 
@@ -89,15 +86,16 @@ class Master:
     def __exit__(self, *_):
         self._processes.close()
 
-    def _call(self, method, *arguments):
+    def _call(self, method, *arguments, node=None):
+        """Calls the master, or the node with this proxy. Returns None if the call fails."""
         try:
-            code, _, value = getattr(self._master, method)("/bench", *arguments)
+            code, _, value = getattr(node or self._master, method)("/bench", *arguments)
         except OSError:
             return None
         return value if code == 1 else None
 
-    def process(self, command, cores=None):
-        process = start(command, self.folder / "nodes.log", cores)
+    def process(self, command, cores=None, **options):
+        process = start(command, self.folder / "nodes.log", cores, **options)
         self._processes.callback(stop, process)
         return process
 
@@ -106,6 +104,13 @@ class Master:
 
     def await_service(self, name, process):
         await_true(lambda: self.has_service(name), f"service {name}", process)
+
+    def has_subscriber(self, topic):
+        """Whether a node subscribes to the topic and still runs."""
+        _, subscribers, _ = self._call("getSystemState") or ((), (), ())
+        uris = (self._call("lookupNode", node) for node in dict(subscribers).get(topic, ()))
+        nodes = (xmlrpc.client.ServerProxy(uri) for uri in uris if uri)
+        return any(self._call("getPid", node=node) for node in nodes)
 
     def server(self, program="server", namespace="/", cores=None, **parameters):
         """Starts a server and waits for its services. Returns its name and process."""
