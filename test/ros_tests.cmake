@@ -22,6 +22,7 @@ set(short_rostests
   client/episodes_test
   server/free_test
   server/gazebo_test
+  server/lockstep_cost_test
   server/lockstep_test
   server/namespaces_test
   server/publish_order_test

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kMaxTimeout = 3600;
 constexpr double kMaxRate = 1000;
+constexpr int kMaxRealtimePriority = 99;  // of Linux
 constexpr double kMaxTopicRate = 1e6;
 
 Mode parse_mode(const std::string& text) {
@@ -152,6 +153,10 @@ std::vector<ParameterDescription> server_parameters() {
        "Longest time to poll for the next request after an answer before the server blocks, while "
        "requests come that soon; 0: none; -1: five times what waking a thread costs here.",
        kChosenSpin, kMaxSpinMicroseconds},
+      {"realtime_priority", std::int64_t{0}, "",
+       "Priority under SCHED_FIFO of the thread that steps, before all ordinary threads of the "
+       "machine; needs the permission for it. 0: the ordinary schedule.",
+       0, kMaxRealtimePriority},
       {"wait_for_recorder", std::string(), "",
        "Name of the recording node: the server neither steps nor advertises services before that "
        "node subscribes to episode_record, which replay needs. Empty: do not wait.",
@@ -221,6 +226,7 @@ ServerOptions read_server_options() {
   options.max_topic_rate = std::get<double>(complete.at("max_topic_rate"));
   options.camera_rate = std::get<double>(complete.at("camera_rate"));
   options.spin = spin_limit(std::get<std::int64_t>(complete.at("spin_us")));
+  options.realtime_priority = static_cast<int>(to_uint32(complete, "realtime_priority"));
   options.recorder = resolve_recorder(std::get<std::string>(complete.at("wait_for_recorder")));
   options.tf_prefix = find_tf_prefix();
   return options;

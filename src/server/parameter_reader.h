@@ -36,6 +36,7 @@ struct ServerOptions {
   double max_topic_rate = 0;         ///< states that topics show per second in lockstep; 0: all
   double camera_rate = 0;            ///< pictures per second of simulation time; 0: one per state
   std::chrono::microseconds spin{};  ///< longest time to poll for the next request
+  int realtime_priority = 0;         ///< of the thread that steps; 0: the system's usual schedule
   std::string recorder;              ///< full name of the node to wait for; empty: none
   std::string tf_prefix;             ///< without leading and trailing slashes; may be empty
   Parameters environment;            ///< of the environment

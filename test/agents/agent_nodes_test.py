@@ -142,15 +142,20 @@ class AgentNodesTest(ServerTest):
 
     def test_malformed_messages_allocate_no_memory(self):
         """roscpp's own deserializer would allocate the claimed number of elements first."""
-        sensors = {"joint_states": JointState, "scan": LaserScan, "contacts": Contacts}
-        states = {"transition": Transition, "spec": EnvironmentSpec, "odom": Odometry}
+        sensors = {
+            "joint_states": JointState,
+            "scan": LaserScan,
+            "contacts": Contacts,
+            "episode": Episode,
+        }
+        states = {"progress": Episode, "spec": EnvironmentSpec, "odom": Odometry}
         for node_type, parameters, node_listens_to in (
             ("topic_agent", {"server": "/walker_sim", "env": "BipedalWalker-v3"}, sensors),
             ("status_line", {}, states),
         ):
             node = self.start_node(node_type, parameters)
             publishers = {}
-            for topic, kind in {**node_listens_to, "episode": Episode}.items():
+            for topic, kind in node_listens_to.items():
                 publishers[topic] = rospy.Publisher("/" + topic, huge(kind), queue_size=10)
                 self.addCleanup(publishers[topic].unregister)
             for publisher in publishers.values():

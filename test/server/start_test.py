@@ -38,6 +38,9 @@ REFUSED = [
     ({**WALKER2D, "world": "high_stump_height"}, ["stump_height", "must be in [0.02, 1.0] m"]),
     ({"real_time_factor": -1.0}, ["real_time_factor", "-1", "0"]),
     ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
+    ({"realtime_priority": 100}, ["realtime_priority = 100", "[0, 99]"]),
+    ({"max_topic_rate": -1.0}, ["max_topic_rate = -1.0", "[0.0, 1000000.0]"]),
+    ({"spin_us": -2}, ["spin_us = -2", "[-1, 1000]"]),
     ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),
     ({"camera_width": 0}, ["camera_width", "0", "[1, 4096]"]),
     ({"width": 600}, ["width", "unknown", "camera_width"]),
@@ -73,6 +76,24 @@ class StartTest(ServerTest):
         self.assertEqual(len(fatal), 1, f"{parameters}: {server.output()}")
         for word in words:
             self.assertIn(word, fatal[0], parameters)
+
+    def test_a_priority_holds_for_the_thread_that_steps_alone_or_is_refused(self):
+        is_permitted = subprocess.run(["chrt", "--fifo", "50", "true"], check=False).returncode == 0
+        parameters = {**LOCKSTEP, "realtime_priority": 50}
+        server = self.start("/prior", **parameters)
+        if not is_permitted:
+            self.assert_refused(server, parameters, ["realtime_priority = 50", "rtprio 50"])
+            return
+
+        def has_priority(thread):
+            is_first_in_first_out = os.sched_getscheduler(thread) & os.SCHED_FIFO != 0
+            return is_first_in_first_out and os.sched_getparam(thread).sched_priority == 50
+
+        wait_for(lambda: has_priority(server.pid), "the priority")
+        server.wait_until_it_serves()
+        others = {int(name) for name in os.listdir(f"/proc/{server.pid}/task")} - {server.pid}
+        self.assertGreater(len(others), 2)
+        self.assertEqual([thread for thread in others if has_priority(thread)], [])
 
     def test_invalid_model_ends_the_server_with_the_reason(self):
         model, foot = builtin_model(), 'body name="foot"'

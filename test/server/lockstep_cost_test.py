@@ -1,0 +1,107 @@
+"""What a lock-step call wakes beside the thread that answers it, under walker.launch's settings.
+
+Counts, because times depend on the machine: a thread that wakes at each step takes a core from the
+server or its client.
+"""
+
+import os
+import time
+import xmlrpc.client
+
+import rosgraph
+import rospy
+from bare_ros import CALLER, TIMEOUT, wait_for
+from launched import Launched
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from server_harness import ServerTest
+from walker_sim.msg import Episode, Transition
+from walker_sim.srv import GetSpec, Reset, StepMany
+
+SERVER = "/walker_sim"
+CALLS, STEPS = 200, 100  # of ~step_many, and in each
+PACE = 500  # states per second, the default of max_topic_rate
+NODES = {SERVER, "/status_line", "/agent"}  # of walker.launch
+
+
+def switches(pid):
+    """How often threads other than the first one have blocked and woken."""
+    count = 0
+    for thread in os.listdir(f"/proc/{pid}/task"):
+        if int(thread) == pid:
+            continue
+        with open(
+            f"/proc/{pid}/task/{thread}/status", encoding="ascii", errors="replace"
+        ) as status:
+            lines = dict(line.split(":", 1) for line in status)
+        count += int(lines["voluntary_ctxt_switches"])
+    return count
+
+
+def followers_of_clock():
+    """The nodes of walker.launch that subscribe to /clock."""
+    subscribers = dict(rosgraph.Master(CALLER).getSystemState()[1])
+    return NODES & set(subscribers.get("/clock", []))
+
+
+class LockstepCostTest(ServerTest):
+    def launch(self, *arguments):
+        launched = Launched("walker.launch", "mode:=lockstep", "rviz:=false", *arguments)
+        self.addCleanup(launched.stop)
+        try:
+            rospy.wait_for_service(f"{SERVER}/get_spec", TIMEOUT)
+        except rospy.ROSException as error:
+            raise AssertionError(f"{error}; roslaunch:\n{launched.output()}") from None
+        self.assertIs(rospy.get_param("/use_sim_time"), True)
+        return launched
+
+    def play(self):
+        """Makes CALLS x STEPS steps, with a reset wherever an episode ends."""
+        reset = rospy.ServiceProxy(f"{SERVER}/reset", Reset, persistent=True)
+        step_many = rospy.ServiceProxy(f"{SERVER}/step_many", StepMany, persistent=True)
+        size = rospy.ServiceProxy(f"{SERVER}/get_spec", GetSpec)().spec.action_size
+        state = reset(has_seed=True, seed=1).transition
+        for _ in range(CALLS):
+            if state.terminated or state.truncated:
+                state = reset(has_seed=True, seed=1).transition
+            reply = step_many(action=[0.0] * size, steps=STEPS)
+            self.assertTrue(reply.success, reply.status_message)
+            state = reply.transition
+        return state
+
+    def test_no_thread_wakes_for_a_step(self):
+        self.launch("status:=false")
+        uri = rosgraph.Master(CALLER).lookupNode(SERVER)
+        pid = xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2]
+        self.play()  # roscpp's threads have begun
+        before = switches(pid)
+        self.play()
+        # roscpp's threads wake by themselves, about 130 times a second.
+        self.assertLess(switches(pid) - before, CALLS * STEPS / 10)
+
+    def test_listeners_get_the_newest_states_at_the_pace_and_all_transitions(self):
+        self.launch("status:=false")
+        begin = time.monotonic()
+        kinds = {"/clock": Clock, "/joint_states": JointState, "/progress": Episode}
+        recorders = {topic: self.record(topic, kind) for topic, kind in kinds.items()}
+        last = self.play().header.stamp
+        for topic, recorder in recorders.items():
+            recorder.at(last.to_nsec())  # the last state is shown, too
+            stamps = recorder.stamps()
+            self.assertLessEqual(len(stamps), PACE * (1 + time.monotonic() - begin) + 2, topic)
+            self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), topic)
+        transitions = self.record("/transition", Transition)
+        reset = rospy.ServiceProxy(f"{SERVER}/reset", Reset, persistent=True)
+        for _ in range(PACE):
+            last = reset(has_seed=True, seed=1).transition.header.stamp
+        transitions.at(last.to_nsec())
+        self.assertEqual(len(transitions.messages()), PACE)
+
+    def test_the_nodes_of_the_launch_file_do_not_follow_clock(self):
+        launched = self.launch("agent:=random", "status:=true")
+        wait_for(lambda: "episode 1 ended" in launched.output(), "the status line")
+        self.assertEqual(followers_of_clock(), set())
+        # The log has the simulation's time beside the wall's.
+        wait_for(lambda: "[ INFO] [" in launched.output(), "the agent's log")
+        agent = [line for line in launched.output().splitlines() if "]: episode 1: " in line]
+        self.assertRegex(agent[0], r"\[\d+\.\d+, \d+\.\d+\]: episode 1")
