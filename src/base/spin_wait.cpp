@@ -46,7 +46,7 @@ Clock::duration measure_waking(int event) {
 }
 
 std::chrono::microseconds choose_limit() {
-  constexpr int kWakings = 5;
+  constexpr int kWakings = 20;
   constexpr std::chrono::microseconds kLeast{50};
   constexpr std::chrono::microseconds kMost{kMaxSpinMicroseconds};
   const int event = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);

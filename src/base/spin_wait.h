@@ -14,9 +14,9 @@ namespace walker {
 constexpr int kMaxSpinMicroseconds = 1000;
 constexpr int kChosenSpin = -1;  // instead of a number of microseconds
 
-/// Returns the limit of a setting in microseconds. `kChosenSpin` stands for five times what waking
-/// a blocked thread takes on this machine, measured at its first use in 2 ms, but 50 to 1000 us: an
-/// event that comes later costs at most a sixth more time if the thread has blocked.
+/// Returns the limit of a setting in microseconds. `kChosenSpin` stands for twenty times what
+/// waking a blocked thread takes on this machine, measured at its first use in 2 ms, but 50 to 1000
+/// us: an event that comes later takes at most a twentieth longer if the thread has blocked.
 WALKER_SIM_EXPORT std::chrono::microseconds spin_limit(std::int64_t microseconds);
 
 /// Polls for an event before the caller blocks. A thread that blocks leaves its core idle, and a
@@ -48,15 +48,14 @@ class SpinWait {
     blocked_ = 0;
     const auto start = Clock::now();
     auto now = start;
-    auto before = start;
     bool has_come = false;
-    // Yields first: if the peer shares this core, the event has come when the yield returns.
+    // Yields first: if the peer shares this core, the event has come when the yield returns. If
+    // another thread needs the core, the yield takes longer than the limit.
     do {
-      before = now;
       sched_yield();
       now = Clock::now();
       has_come = is_ready();
-    } while (!has_come && now - before <= kSlowYield && now - start < limit_);
+    } while (!has_come && now - start < limit_);
     if (has_come && now - start < limit_) {
       average_ = is_trial ? now - start : average_ + (now - start - average_) / kWeight;
       pause_ = kMinPause;
@@ -68,8 +67,6 @@ class SpinWait {
   }
 
  private:
-  /// A yield takes below 1 us, unless another thread has used the core in between.
-  static constexpr std::chrono::microseconds kSlowYield{10};
   static constexpr int kWeight = 4;  // the newest wait counts for a quarter
   static constexpr int kLong = 2;    // an event beyond the limit counts as this many limits
   static constexpr int kMinPause = 16;

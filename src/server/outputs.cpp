@@ -17,6 +17,8 @@ constexpr bool kLatched = true;
 // A subscriber that connects during a step may receive that step as well, and transforms with equal
 // stamps make it warn: late subscribers are served only if no step is under way.
 constexpr std::chrono::milliseconds kQuiet{200};
+// A state that the pace has held back is shown once no other has followed for so long.
+constexpr std::chrono::milliseconds kPause{1};
 
 }  // namespace
 
@@ -64,12 +66,12 @@ ros::Publisher Outputs::advertise_state(
 
 void Outputs::catch_up() {
   const auto now = std::chrono::steady_clock::now();
-  if (is_behind_ && pace_.take(now)) show(now);
+  if (is_behind_ && now - reached_at_ >= kPause) show(now);
   if (now - shown_at_ > kQuiet && !late_subscribers_.isEmpty()) late_subscribers_.callAvailable();
 }
 
 std::chrono::steady_clock::duration Outputs::longest_wait() const {
-  return is_behind_ ? pace_.period() : std::chrono::steady_clock::duration::max();
+  return is_behind_ ? kPause : std::chrono::steady_clock::duration::max();
 }
 
 void Outputs::send_transforms(const ros::SingleSubscriberPublisher& subscriber) {
@@ -165,8 +167,8 @@ void Outputs::publish_state() {
   stamp_ = clock_.now();
   if (state.error.empty()) stamps_[state.step % stamps_.size()] = stamp_;
   is_behind_ = true;
-  const auto now = std::chrono::steady_clock::now();
-  if (pace_.take(now)) show(now);
+  reached_at_ = std::chrono::steady_clock::now();
+  if (pace_.take(reached_at_)) show(reached_at_);
   if (!transition_.is_heard()) return;
   clock_.publish();
   transition_.publish_if_heard(state, frames_, stamp_);

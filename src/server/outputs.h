@@ -51,9 +51,10 @@ class Outputs {
   /// Publishes the time, which has advanced without a new state.
   void publish_time() { clock_.publish(); }
 
-  /// Shows the newest state if the pace has held it back until now. While nothing moves, also
-  /// publishes the present transforms and joint states to subscribers that have connected since the
-  /// last state. While states follow each other, the next state's messages serve them.
+  /// Shows the newest state if the pace has held it back and no other has followed for 1 ms. While
+  /// nothing moves, also publishes the present transforms and joint states to subscribers that have
+  /// connected since the last state. While states follow each other, the next state's messages
+  /// serve them.
   void catch_up();
   /// How long `catch_up` need not be called.
   std::chrono::steady_clock::duration longest_wait() const;
@@ -113,7 +114,8 @@ class Outputs {
   Frames frames_;
   int recorder_connections_ = 0;  // to the topic that is needed to replay a bag
   TopicPace pace_;
-  ros::Time stamp_;                // of the present state
+  ros::Time stamp_;                                   // of the present state
+  std::chrono::steady_clock::time_point reached_at_;  // when the present state was reached
   bool is_behind_ = false;         // the topics do not show the present state yet
   bool is_scene_new_ = false;      // nor do they show its episode's scene
   std::vector<ros::Time> stamps_;  // ring by step: as many as the world's observation delay needs

@@ -151,7 +151,7 @@ std::vector<ParameterDescription> server_parameters() {
       {"paused", false, "", "Start paused in mode free.", 0, 0},
       {"spin_us", std::int64_t{kChosenSpin}, "us",
        "Longest time to poll for the next request after an answer before the server blocks, while "
-       "requests come that soon; 0: none; -1: five times what waking a thread costs here.",
+       "requests come that soon; 0: none; -1: twenty times what waking a thread costs here.",
        kChosenSpin, kMaxSpinMicroseconds},
       {"realtime_priority", std::int64_t{0}, "",
        "Priority under SCHED_FIFO of the thread that steps, before all ordinary threads of the "
@@ -162,9 +162,9 @@ std::vector<ParameterDescription> server_parameters() {
        "node subscribes to episode_record, which replay needs. Empty: do not wait.",
        0, 0},
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
-      {"max_topic_rate", 500.0, "1/s",
-       "States per second of wall time that topics show in mode lockstep, where calls follow each "
-       "other faster; transition, episode and episode_record have all. 0: all states.",
+      {"max_topic_rate", 100.0, "1/s",
+       "States per second of wall time that topics show in mode lockstep while calls follow each "
+       "other within 1 ms; transition, episode and episode_record have all. 0: all states.",
        0, kMaxTopicRate},
       {"camera_rate", 25.0, "1/s",
        "Pictures per second of simulation time while there are subscribers; 0: one per state.", 0,

@@ -106,7 +106,7 @@ TEST_F(SpinWaitTest, PollsAgainAfterOneTrialThatPaid) {
 }
 
 TEST_F(SpinWaitTest, StopsWhereAnotherThreadNeedsTheCore) {
-  FakeClock::tick = nanoseconds(11000);  // a yield that took so long ran another thread
+  FakeClock::tick = nanoseconds(3000000);  // a yield that took so long ran another thread
   const nanoseconds before = FakeClock::time;
   EXPECT_TRUE(wait_long());
   EXPECT_LE(FakeClock::time - before, 2 * FakeClock::tick);

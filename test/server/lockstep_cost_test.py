@@ -5,7 +5,6 @@ server or its client.
 """
 
 import os
-import time
 import xmlrpc.client
 
 import rosgraph
@@ -20,7 +19,7 @@ from walker_sim.srv import GetSpec, Reset, StepMany
 
 SERVER = "/walker_sim"
 CALLS, STEPS = 200, 100  # of ~step_many, and in each
-PACE = 500  # states per second, the default of max_topic_rate
+SAVED = 500  # states that topics show after a pause
 NODES = {SERVER, "/status_line", "/agent"}  # of walker.launch
 
 
@@ -81,21 +80,20 @@ class LockstepCostTest(ServerTest):
 
     def test_listeners_get_the_newest_states_at_the_pace_and_all_transitions(self):
         self.launch("status:=false")
-        begin = time.monotonic()
         kinds = {"/clock": Clock, "/joint_states": JointState, "/progress": Episode}
         recorders = {topic: self.record(topic, kind) for topic, kind in kinds.items()}
         last = self.play().header.stamp
         for topic, recorder in recorders.items():
             recorder.at(last.to_nsec())  # the last state is shown, too
             stamps = recorder.stamps()
-            self.assertLessEqual(len(stamps), PACE * (1 + time.monotonic() - begin) + 2, topic)
+            self.assertLess(len(stamps), CALLS * STEPS / 10, topic)
             self.assertTrue(all(a < b for a, b in zip(stamps, stamps[1:])), topic)
         transitions = self.record("/transition", Transition)
         reset = rospy.ServiceProxy(f"{SERVER}/reset", Reset, persistent=True)
-        for _ in range(PACE):
+        for _ in range(SAVED):
             last = reset(has_seed=True, seed=1).transition.header.stamp
         transitions.at(last.to_nsec())
-        self.assertEqual(len(transitions.messages()), PACE)
+        self.assertEqual(len(transitions.messages()), SAVED)
 
     def test_the_nodes_of_the_launch_file_do_not_follow_clock(self):
         launched = self.launch("agent:=random", "status:=true")

@@ -66,7 +66,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Over ROS: timeout of each call [s of wall time].
     spin_us
         Over ROS: longest time to poll for an answer before the call blocks, 0 to 1000 [us]; 0:
-        none; None: five times what waking a thread costs on this machine. A call polls only while
+        none; None: twenty times what waking a thread costs on this machine. A call polls only while
         recent answers came within that time.
     max_episode_steps
         Step on which an episode is truncated. In process, None, -1 and 0 leave truncation to
