@@ -48,7 +48,8 @@ def main():
     parser.add_argument("--server", default="/walker_sim")
     parser.add_argument("--seconds", type=float, required=True)
     arguments = parser.parse_args()
-    rospy.init_node("lockstep_rospy", anonymous=True)
+    # As README's program: it needs no time.
+    rospy.init_node("lockstep_rospy", anonymous=True, disable_rostime=True)
     client = Client(arguments.server)
     slice_ = measure(arguments.seconds, client.step)
     client.latencies.sort()

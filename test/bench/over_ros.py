@@ -39,6 +39,12 @@ CONDITIONS = {
     "alone": Condition(),
     "status line": Condition(["headless:=true"], topic="/odom"),
     "rviz": Condition(["rviz:=true"], topic="/state_markers"),
+    "rostopic hz joint_states": Condition(
+        beside=[["rostopic", "hz", "/joint_states"]], topic="/joint_states"
+    ),
+    "rostopic hz transition": Condition(
+        beside=[["rostopic", "hz", "/transition"]], topic="/transition"
+    ),
     "rosbag record -a": Condition(beside=[["rosbag", "record", "-a"]], topic="/state_markers"),
     "one busy process": Condition(beside=[BUSY]),
     "two busy processes": Condition(beside=[BUSY, BUSY]),
