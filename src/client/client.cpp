@@ -124,8 +124,7 @@ class Client::Implementation {
     endpoints_[index] = look_up_service(options_.master_uri, name(index), until);
     try {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index],
-                                options_.caller, spin_limit(options_.spin_us),
-                                until);
+                                options_.caller, spin_limit(options_.spin_us), until);
     } catch (const SocketError& error) {
       throw ConnectionError(describe(index) + ", as the ROS master has it: " + error.what() +
                             "; has the server died, or can its host not be reached under this "
