@@ -50,8 +50,8 @@ struct ClientOptions {
   /// Empty: /walker_sim_client_ followed by the process id.
   std::string caller;
   /// Longest time that a call polls for its answer before it blocks, in [0, 1000] [us]; 0: none;
-  /// -1: twenty times what waking a thread costs on this machine. A call polls only while recent
-  /// answers came within that time.
+  /// -1: twenty times what waking a thread costs on this machine, 50 to 1000 us. A call polls only
+  /// while recent answers came within that time.
   std::int64_t spin_us = -1;
 };
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <exception>
 #include <thread>
 
@@ -15,8 +16,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kTrials = 9;
-constexpr std::chrono::microseconds kAsleep{100};  // in which a blocked thread's core goes to sleep
-constexpr int kPatience = 100;                     // [ms]
+constexpr std::chrono::microseconds kIdleTime{
+    100};                       // in which a blocked thread's core goes to sleep
+constexpr int kTimeout = 1000;  // [ms]
 
 /// Measures how long a thread takes to run after an event has ended its wait.
 /// @return the median
@@ -27,7 +29,8 @@ Clock::duration measure_waking(int event) {
   std::thread sleeper([&] {
     for (Clock::duration& delay : delays) {
       pollfd file{event, POLLIN, 0};
-      ::poll(&file, 1, kPatience);
+      while (::poll(&file, 1, kTimeout) < 0 && errno == EINTR) {
+      }
       delay = Clock::now() - signalled_at.load();
       eventfd_t ignored = 0;
       eventfd_read(event, &ignored);
@@ -35,8 +38,9 @@ Clock::duration measure_waking(int event) {
     }
   });
   for (int i = 0; i < kTrials; ++i) {
-    while (num_woken < i) std::this_thread::yield();
-    std::this_thread::sleep_for(kAsleep);
+    do {
+      std::this_thread::sleep_for(kIdleTime);
+    } while (num_woken < i);
     signalled_at = Clock::now();
     eventfd_write(event, 1);
   }
@@ -47,10 +51,10 @@ Clock::duration measure_waking(int event) {
 
 std::chrono::microseconds choose_limit() {
   constexpr int kWakings = 20;
-  constexpr std::chrono::microseconds kLeast{50};
-  constexpr std::chrono::microseconds kMost{kMaxSpinMicroseconds};
+  constexpr std::chrono::microseconds kMinLimit{50};
+  constexpr std::chrono::microseconds kMaxLimit{kMaxSpinMicroseconds};
   const int event = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-  if (event < 0) return kLeast;
+  if (event < 0) return kMinLimit;
   Clock::duration waking{};
   try {
     waking = measure_waking(event);
@@ -59,15 +63,17 @@ std::chrono::microseconds choose_limit() {
   }
   close(event);
   return std::clamp(std::chrono::duration_cast<std::chrono::microseconds>(kWakings * waking),
-                    kLeast, kMost);
+                    kMinLimit, kMaxLimit);
 }
 
 }  // namespace
 
 std::chrono::microseconds spin_limit(std::int64_t microseconds) {
-  if (microseconds != kChosenSpin) return std::chrono::microseconds(microseconds);
-  static const std::chrono::microseconds chosen = choose_limit();
-  return chosen;
+  if (microseconds != kMeasuredSpin) return std::chrono::microseconds(microseconds);
+  // Threads that come at once may all measure: a lock would stay locked in the child of a fork.
+  static std::atomic<std::int64_t> chosen{0};
+  if (chosen == 0) chosen = choose_limit().count();
+  return std::chrono::microseconds(chosen);
 }
 
 }  // namespace walker

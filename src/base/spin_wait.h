@@ -12,19 +12,19 @@
 namespace walker {
 
 constexpr int kMaxSpinMicroseconds = 1000;
-constexpr int kChosenSpin = -1;  // instead of a number of microseconds
+constexpr int kMeasuredSpin = -1;  // instead of a number of microseconds
 
-/// Returns the limit of a setting in microseconds. `kChosenSpin` stands for twenty times what
-/// waking a blocked thread takes on this machine, measured at its first use in 2 ms, but 50 to 1000
-/// us: an event that comes later takes at most a twentieth longer if the thread has blocked.
+/// Returns the limit of a setting in microseconds. `kMeasuredSpin` stands for twenty times what
+/// waking a blocked thread takes on this machine, measured at its first use in 2 ms, but 50 to
+/// 1000 us: an event that comes later loses little if the thread has blocked.
 WALKER_SIM_EXPORT std::chrono::microseconds spin_limit(std::int64_t microseconds);
 
 /// Polls for an event before the caller blocks. A thread that blocks leaves its core idle, and a
-/// virtual machine takes 30 to 60 us to wake one (docs/transport.md).
+/// virtual machine takes 20 to 60 us to wake one (docs/transport.md).
 ///
 /// An exponential average decides whether polling pays: it does while events come within the limit.
-/// If they come later, or if a thread other than the peer needs this core, `poll` returns at once
-/// and tries again after 16 calls, then after 32, up to 4096.
+/// If they come later, also because another thread used the core during a yield, `poll` returns at
+/// once and tries again after 16 calls, then after 32, up to 4096.
 template <typename Clock = std::chrono::steady_clock>
 class SpinWait {
  public:
@@ -50,7 +50,7 @@ class SpinWait {
     auto now = start;
     bool has_come = false;
     // Yields first: if the peer shares this core, the event has come when the yield returns. If
-    // another thread needs the core, the yield takes longer than the limit.
+    // another thread needs the core, the yield may take longer than the limit.
     do {
       sched_yield();
       now = Clock::now();

@@ -31,7 +31,7 @@ ClientOptions completed(ClientOptions options) {
     throw std::invalid_argument("timeout = " + fixed_text(options.timeout) +
                                 " s; must be above 0 and at most 1000000");
   }
-  if (options.spin_us < kChosenSpin || options.spin_us > kMaxSpinMicroseconds) {
+  if (options.spin_us < kMeasuredSpin || options.spin_us > kMaxSpinMicroseconds) {
     throw std::invalid_argument("spin_us = " + std::to_string(options.spin_us) +
                                 " us; must be an integer in [-1, " +
                                 std::to_string(kMaxSpinMicroseconds) + "]");

@@ -20,15 +20,14 @@ namespace {
 
 using walker::subscribe_checked;
 
-/// Subscribes only to topics that `max_topic_rate` bounds, because each message of a topic takes
-/// time from server and clients.
+/// Does not subscribe to `transition`: each message takes time from the server and its clients.
 class StatusLine {
  public:
   StatusLine()
       : subscribers_{subscribe_checked<walker_sim::EnvironmentSpec>(
                          node_, "spec", 1, [this](const auto& message) { id_ = message->id; }),
                      subscribe_checked<walker_sim::Episode>(
-                         node_, "progress", 1, [this](const auto& message) { take(*message); }),
+                         node_, "progress", 100, [this](const auto& message) { take(*message); }),
                      subscribe_checked<nav_msgs::Odometry>(
                          node_, "odom", 1, [this](const auto& message) { odometry_ = *message; })},
         timer_(node_.createWallTimer(ros::WallDuration(1),

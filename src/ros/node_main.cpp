@@ -24,6 +24,7 @@
 #include <ros/network.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
+#include <xmlrpcpp/XmlRpcValue.h>
 
 #include "base/interruption.h"
 #include "base/posix.h"
@@ -183,8 +184,18 @@ class EndOnSignals {
   std::thread thread_;
 };
 
+/// Waits for the master, because parameters are read without waiting.
+void wait_for_master() {
+  XmlRpc::XmlRpcValue request;
+  XmlRpc::XmlRpcValue response;
+  XmlRpc::XmlRpcValue payload;
+  request[0] = ros::this_node::getName();
+  constexpr bool kWaits = true;
+  ros::master::execute("getPid", request, response, payload, kWaits);
+}
+
 /// Calls ros::start, which subscribes to /clock if the parameter /use_sim_time is true. For a node
-/// that does not follow /clock it looks for that parameter under a name that nobody sets.
+/// that does not follow /clock, the parameter is remapped to one that is never set.
 void start(const NodeDescription& node) {
   const std::string parameter = "/use_sim_time";
   const bool is_on_wall_time = !ros::param::param(parameter, false);
@@ -278,6 +289,7 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
     check_arguments(arguments, node);
     check_master(arguments);
     ros::init(argc, argv, node.name, ros::init_options::NoSigintHandler);
+    wait_for_master();
     is_started = true;
     start(node);
     const std::string addresses = listening_addresses();  // linked even if DEBUG is compiled out

@@ -19,13 +19,13 @@ struct NodeDescription {
   std::vector<ParameterDescription> parameters = {};  // NOLINT(readability-redundant-member-init)
   /// Names that --help lists without a description.
   std::vector<std::string> more_parameters = {};  // NOLINT(readability-redundant-member-init)
-  /// Whether roscpp is to set the node's time from /clock under /use_sim_time. Each message of
+  /// Returns whether roscpp subscribes to /clock under /use_sim_time; null: never. Each message of
   /// /clock wakes two threads of a node, so a node that publishes it, or that receives stamps
-  /// anyway, calls `set_time` instead. Called once parameters can be read; null: no.
+  /// anyway, calls `set_time` instead. Called after ros::init.
   bool (*follows_clock)() = nullptr;
 };
 
-/// Under /use_sim_time, sets the time of a node that does not follow /clock, as in its log.
+/// Under /use_sim_time, sets ROS time, e.g. for stamps of the log.
 void set_time(ros::Time time);
 
 /// Returns the text of --help, which ends with a newline.

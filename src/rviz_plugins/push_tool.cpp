@@ -15,8 +15,9 @@
 #include <rviz/selection/selection_manager.h>
 #include <rviz/view_controller.h>
 #include <rviz/viewport_mouse_event.h>
-#include <std_msgs/Float64.h>
 #include <pluginlib/class_list_macros.hpp>
+
+#include "walker_sim/Transition.h"
 
 namespace walker {
 namespace {
@@ -59,11 +60,11 @@ void PushTool::activate() {
     const std::lock_guard lock(mutex_);
     publisher_ = node_.advertise<geometry_msgs::WrenchStamped>(topic_->getStdString(), 10);
   }
-  ros::SubscribeOptions options = ros::SubscribeOptions::create<std_msgs::Float64>(
+  ros::SubscribeOptions options = ros::SubscribeOptions::create<walker_sim::Transition>(
       ros::names::append(ros::names::parentNamespace(node_.resolveName(topic_->getStdString())),
-                         "reward"),
-      1, [this](const std_msgs::Float64::ConstPtr& /*reward*/) { publish(); }, ros::VoidConstPtr(),
-      context_->getThreadedQueue());
+                         "transition"),
+      1, [this](const walker_sim::Transition::ConstPtr& /*step*/) { publish(); },
+      ros::VoidConstPtr(), context_->getThreadedQueue());
   options.transport_hints = ros::TransportHints().tcpNoDelay();
   steps_ = node_.subscribe(options);
 }

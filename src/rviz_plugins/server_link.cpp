@@ -121,10 +121,12 @@ void ServerLink::subscribe() {
 
 void ServerLink::take(const walker_sim::Episode& progress) {
   const std::lock_guard lock(mutex_);
-  if (progress.episode != episode_ || progress.length == 0) {
+  // Without its beginning if the topics have not shown that.
+  if (progress.episode != episode_ || progress.length <= length_) {
     view_.previous = std::exchange(view_.present, {});
     episode_ = progress.episode;
   }
+  length_ = progress.length;
   view_.present.add(progress.length, progress.episode_return);
 }
 

@@ -79,6 +79,7 @@ class ServerLink {
   std::string server_;  // resolved
   ros::Subscriber progress_, diagnostics_;
   std::uint32_t episode_ = 0;
+  std::uint32_t length_ = 0;  // of the episode so far [steps]
 
   std::mutex mutex_;  // of the following
   ServerView view_;

@@ -17,7 +17,7 @@ constexpr bool kLatched = true;
 // A subscriber that connects during a step may receive that step as well, and transforms with equal
 // stamps make it warn: late subscribers are served only if no step is under way.
 constexpr std::chrono::milliseconds kQuiet{200};
-// A state that the pace has held back is shown once no other has followed for so long.
+// A state that the pace has held back is shown after so long without another.
 constexpr std::chrono::milliseconds kPause{1};
 
 }  // namespace
@@ -38,7 +38,7 @@ Outputs::Outputs(ros::NodeHandle& node, Pool& pool, SimulationClock& clock,
       reward_{node.advertise<std_msgs::Float64>("reward", kState), {}},
       observation_{node.advertise<std_msgs::Float64MultiArray>("observation", kState), {}},
       transition_{node.advertise<walker_sim::Transition>("transition", kRecord), {}},
-      progress_{node.advertise<walker_sim::Episode>("progress", kState), {}},
+      progress_{node.advertise<walker_sim::Episode>("progress", kListenerQueue), {}},
       transforms_{advertise_state<tf2_msgs::TFMessage>(node, "/tf", kListenerQueue,
                                                        &Outputs::send_transforms),
                   {}},
@@ -67,7 +67,8 @@ ros::Publisher Outputs::advertise_state(
 void Outputs::catch_up() {
   const auto now = std::chrono::steady_clock::now();
   if (is_behind_ && now - reached_at_ >= kPause) show(now);
-  if (now - shown_at_ > kQuiet && !late_subscribers_.isEmpty()) late_subscribers_.callAvailable();
+  if (!is_behind_ && now - shown_at_ > kQuiet && !late_subscribers_.isEmpty())
+    late_subscribers_.callAvailable();
 }
 
 std::chrono::steady_clock::duration Outputs::longest_wait() const {
@@ -119,7 +120,10 @@ void Outputs::publish_reset() {
   stamps_.resize(shown_.observation_delay() + 1U);
   first_stamp_ = shown_.state().step;
   observed_step_.reset();
+  published_step_.reset();
   is_scene_new_ = true;
+  // A world that delays measurements keeps those that follow the first.
+  if (shown_.state().error.empty() && is_any_sensor_heard()) shown_.measurements();
   publish_episode();
   publish_state();
   if (shown_.state().has_ended()) publish_record();  // failed, or restored as ended
@@ -165,7 +169,16 @@ void Outputs::publish_abandoned(const std::optional<walker_sim::EpisodeRecord>& 
 void Outputs::publish_state() {
   const EpisodeState& state = shown_.state();
   stamp_ = clock_.now();
-  if (state.error.empty()) stamps_[state.step % stamps_.size()] = stamp_;
+  if (state.error.empty()) {
+    stamps_[state.step % stamps_.size()] = stamp_;
+    const std::uint32_t step = shown_.observed_step();
+    // A world that drops observations repeats the step of an older one, whose stamp the ring may
+    // have lost.
+    if (std::exchange(observed_step_, step) != step) {
+      const bool has_stamp = step >= first_stamp_;
+      observed_at_ = has_stamp ? std::optional(stamps_[step % stamps_.size()]) : std::nullopt;
+    }
+  }
   is_behind_ = true;
   reached_at_ = std::chrono::steady_clock::now();
   if (pace_.take(reached_at_)) show(reached_at_);
@@ -174,13 +187,13 @@ void Outputs::publish_state() {
   transition_.publish_if_heard(state, frames_, stamp_);
 }
 
-/// Publishes the present state to the topics that need not have every one.
+/// Publishes the present state on the paced topics.
 void Outputs::show(std::chrono::steady_clock::time_point now) {
   const EpisodeState& state = shown_.state();
+  is_behind_ = false;  // also if what follows throws
+  shown_at_ = now;
   clock_.publish();
   late_subscribers_.clear();  // they receive what follows
-  shown_at_ = now;
-  is_behind_ = false;
   if (state.error.empty()) {  // else there is no scene
     if (std::exchange(is_scene_new_, false)) markers_.begin_episode(stamp_);
     if (transforms_.is_heard()) {
@@ -203,12 +216,8 @@ void Outputs::show(std::chrono::steady_clock::time_point now) {
 
 /// Publishes what the walker has observed, once: a world may delay measurements and repeat them.
 void Outputs::publish_measurements() {
-  const std::uint32_t step = shown_.observed_step();
-  const bool is_new = observed_step_ != step;
-  observed_step_ = step;
-  const bool is_heard = joint_states_.is_heard() || scan_.is_heard() || imu_.is_heard() ||
-                        contacts_.is_heard() || odometry_.is_heard();
-  if (!is_new || !is_heard) return;
+  if (std::exchange(published_step_, observed_step_) == observed_step_) return;
+  if (!is_any_sensor_heard()) return;
   const Specification& specification = shown_.specification();
   const Sensors& sensors = shown_.measurements();
   const std::optional<ros::Time> stamp = measured_at();
@@ -220,6 +229,11 @@ void Outputs::publish_measurements() {
   scan_.publish_if_heard(specification, sensors, frames_, *stamp);
 }
 
+bool Outputs::is_any_sensor_heard() const {
+  return joint_states_.is_heard() || scan_.is_heard() || imu_.is_heard() || contacts_.is_heard() ||
+         odometry_.is_heard();
+}
+
 bool Outputs::has_state() const {
   return shown_.state().has_begun() && shown_.state().error.empty();
 }
@@ -227,9 +241,7 @@ bool Outputs::has_state() const {
 /// Returns the stamp of the present measurements; nullopt if they precede the first subscriber, or
 /// their stamp a ~restore.
 std::optional<ros::Time> Outputs::measured_at() const {
-  const std::uint32_t step = shown_.observed_step();
-  if (shown_.measured_step() != step || step < first_stamp_) return std::nullopt;
-  return stamps_[step % stamps_.size()];
+  return shown_.measured_step() == observed_step_ ? observed_at_ : std::nullopt;
 }
 
 /// The message is shared, for which roscpp wakes no thread of its own unless there is a subscriber:

@@ -56,7 +56,7 @@ class Outputs {
   /// connected since the last state. While states follow each other, the next state's messages
   /// serve them.
   void catch_up();
-  /// How long `catch_up` need not be called.
+  /// Upper bound of the wait before the next `catch_up`.
   std::chrono::steady_clock::duration longest_wait() const;
 
   /// Returns the record of a running episode that is about to be abandoned; nullopt if no episode
@@ -100,6 +100,7 @@ class Outputs {
   void publish_state();
   void show(std::chrono::steady_clock::time_point now);
   void publish_measurements();
+  bool is_any_sensor_heard() const;
   bool has_state() const;
   std::optional<ros::Time> measured_at() const;
   void publish_episode();
@@ -117,11 +118,13 @@ class Outputs {
   ros::Time stamp_;                                   // of the present state
   std::chrono::steady_clock::time_point reached_at_;  // when the present state was reached
   bool is_behind_ = false;         // the topics do not show the present state yet
-  bool is_scene_new_ = false;      // nor do they show its episode's scene
+  bool is_scene_new_ = false;      // the topics do not show the present episode's scene yet
   std::vector<ros::Time> stamps_;  // ring by step: as many as the world's observation delay needs
   std::uint32_t first_stamp_ = 0;  // step of the first one; 0 unless the episode was restored
-  std::optional<std::uint32_t> observed_step_;  // of the newest measurements; none: no state yet
-  ros::CallbackQueue late_subscribers_;         // connected since the last state was shown
+  std::optional<std::uint32_t> observed_step_;   // of the newest measurements; none: no state yet
+  std::optional<ros::Time> observed_at_;         // their stamp; none: before the first one
+  std::optional<std::uint32_t> published_step_;  // of the last measurements that were published
+  ros::CallbackQueue late_subscribers_;          // connected since the last state was shown
   std::chrono::steady_clock::time_point shown_at_;
 
   Topic<sensor_msgs::JointState> joint_states_;

@@ -149,10 +149,10 @@ std::vector<ParameterDescription> server_parameters() {
        "Age after which zero torque replaces an effort command; 0: never.", 0, kMaxTimeout},
       {"publish_clock", true, "", "Publish /clock; false: follow it in mode free.", 0, 0},
       {"paused", false, "", "Start paused in mode free.", 0, 0},
-      {"spin_us", std::int64_t{kChosenSpin}, "us",
+      {"spin_us", std::int64_t{kMeasuredSpin}, "us",
        "Longest time to poll for the next request after an answer before the server blocks, while "
        "requests come that soon; 0: none; -1: twenty times what waking a thread costs here.",
-       kChosenSpin, kMaxSpinMicroseconds},
+       kMeasuredSpin, kMaxSpinMicroseconds},
       {"realtime_priority", std::int64_t{0}, "",
        "Priority under SCHED_FIFO of the thread that steps, before all ordinary threads of the "
        "machine; needs the permission for it. 0: the ordinary schedule.",
@@ -164,7 +164,8 @@ std::vector<ParameterDescription> server_parameters() {
       {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
       {"max_topic_rate", 100.0, "1/s",
        "States per second of wall time that topics show in mode lockstep while calls follow each "
-       "other within 1 ms; transition, episode and episode_record have all. 0: all states.",
+       "other within 1 ms; transition, episode and episode_record have all, pictures keep "
+       "camera_rate. 0: all states.",
        0, kMaxTopicRate},
       {"camera_rate", 25.0, "1/s",
        "Pictures per second of simulation time while there are subscribers; 0: one per state.", 0,

@@ -101,10 +101,10 @@ void check_robot_description(const ros::NodeHandle& node, const Specification& s
   }
 }
 
-/// Sets the calling thread's schedule. Threads that it starts keep the ordinary one.
+/// Sets the calling thread's scheduling policy. Threads that it starts keep the ordinary one.
 /// @throws std::runtime_error naming the parameter, the reason and the remedy
 void schedule(int realtime_priority) {
-  // Linux ends a sleep up to 50 us late unless a thread asks for less.
+  // The default slack of timers delays the end of a sleep by up to 50 us.
   prctl(PR_SET_TIMERSLACK, 1);
   if (realtime_priority == 0) return;
   const sched_param parameters{realtime_priority};
@@ -234,7 +234,18 @@ void Server::run() {
     serve(std::min<Drive::Clock::duration>(drive_->until_due(Drive::Clock::now()),
                                            outputs_.longest_wait()));
     if (ros::ok()) drive_->step_if_due();
+    catch_up();
+  }
+}
+
+/// A state that cannot be shown does not end the server: a call would have answered with the
+/// reason.
+void Server::catch_up() {
+  try {
     outputs_.catch_up();
+  } catch (const std::exception& error) {
+    static Throttle throttle;
+    if (throttle.passes()) ROS_ERROR_STREAM("The topics do not show the state: " << error.what());
   }
 }
 

@@ -33,6 +33,7 @@ class Server {
   void run();
 
  private:
+  void catch_up();
   void wait_for_recorder();
   void serve(Drive::Clock::duration longest);
 

@@ -131,5 +131,14 @@ TEST_F(SpinWaitTest, StopsIfEventsComeLaterThanTheLimit) {
   EXPECT_FALSE(spin_.pays());
 }
 
+TEST(SpinLimit, IsMeasuredOnceUnlessGiven) {
+  const auto measured = spin_limit(kMeasuredSpin);
+  EXPECT_GE(measured.count(), 50);
+  EXPECT_LE(measured.count(), 1000);
+  EXPECT_EQ(spin_limit(kMeasuredSpin), measured);
+  EXPECT_EQ(spin_limit(0).count(), 0);
+  EXPECT_EQ(spin_limit(7).count(), 7);
+}
+
 }  // namespace
 }  // namespace walker

@@ -51,13 +51,6 @@ SUMMARY = (
         for name, env in (("BipedalWalker", BIPEDAL), ("Walker2d", WALKER2D))
         for side in ("our client", "gymnasium.make")
     ),
-    *(
-        (LOCKSTEP.format("Walker2d", text), "lockstep", WALKER2D, "gymnasium.make", attributes)
-        for text, attributes in (
-            ("gymnasium.make with rviz", {"condition": "rviz"}),
-            ("gymnasium.make beside one busy process", {"condition": "one busy process"}),
-        )
-    ),
     (
         "gymnasium.make, BipedalWalker, against Gymnasium's own",
         "python",

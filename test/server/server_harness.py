@@ -65,7 +65,7 @@ SERVICES = {
     "set_real_time_factor": SetRealTimeFactor,
     "set_world": SetWorld,
 }
-# Topics with one message per state.
+# Topics whose messages have the state's stamp; in fast lock-step only /transition has all states.
 STATE_TOPICS = {
     "/joint_states": JointState,
     "/scan": LaserScan,

@@ -66,8 +66,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Over ROS: timeout of each call [s of wall time].
     spin_us
         Over ROS: longest time to poll for an answer before the call blocks, 0 to 1000 [us]; 0:
-        none; None: twenty times what waking a thread costs on this machine. A call polls only while
-        recent answers came within that time.
+        none; None: twenty times what waking a thread costs on this machine, 50 to 1000 us. A call
+        polls only while recent answers came within that time.
     max_episode_steps
         Step on which an episode is truncated. In process, None, -1 and 0 leave truncation to
         Gymnasium's ``TimeLimit``. Over ROS the server must have this limit (-1 and 0: none; None:

@@ -88,7 +88,7 @@ class ServerCamera {
 
   /// Whether a picture is due, at most one per period of simulation time, and has subscribers.
   bool is_due(ros::Time stamp) const;
-  /// Publishes a picture of the shown state.
+  /// Publishes a picture of the shown state. Requires `is_due(stamp)`.
   void show(ros::Time stamp);
 
   /// @throws std::exception with the reason why there will be no reply

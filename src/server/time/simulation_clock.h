@@ -13,7 +13,7 @@
 namespace walker {
 
 /// The time of a server's stamps. If the server owns /clock, also publishes it, and sets this
-/// node's ROS time, for which roscpp would subscribe to it.
+/// node's ROS time: roscpp's own subscription to /clock would wake two threads per message.
 ///
 /// Time continues where the last owner of /clock on this master stopped, even if that was killed:
 /// an owner reserves time ahead on the parameter server. If the master does not answer, nothing

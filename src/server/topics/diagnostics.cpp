@@ -63,6 +63,7 @@ Diagnostics::Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulatio
 }
 
 void Diagnostics::report() {
+  simulation_.clock().publish();  // their stamp is the present time
   try {
     updater_.force_update();
   } catch (const std::exception& error) {
