@@ -19,7 +19,14 @@ BATCHES = (1, 8, 64, 512)
 MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300, "--spin-us", 50)
 MIN_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
-BUSY = (sys.executable, "-c", "while True: pass")
+# A shell in the background ignores SIGINT, and so would Python.
+BUSY_PROGRAM = """
+import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+while True:
+    pass
+"""
+BUSY = (sys.executable, "-c", BUSY_PROGRAM)
 JITTERS = (  # condition, number of busy processes, realtime_priority
     ("quiet", 0, 0),
     ("two busy processes", 2, 0),

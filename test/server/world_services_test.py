@@ -234,6 +234,31 @@ class WorldServicesTest(ServerTest):
         transforms.at(last)
         self.assertEqual(len(transforms.messages()), len(stamps) + 1, "the true state")
 
+    def test_states_held_back_have_the_stamps_of_their_measurements(self):
+        world, actions = "{observation_delay: 0.06, dropout: 0.5}", random_actions(4, 30)
+        self.serve(mode="lockstep", world=world, max_topic_rate=0.0)
+        heard = self.record("/joint_states", STATE_TOPICS["/joint_states"])
+        transforms = self.record("/tf", STATE_TOPICS["/tf"])
+        begin = nanoseconds(self.reset(7).transition)
+        for action in actions:
+            transforms.at(nanoseconds(self.ask("step", action=action).transition))
+        heard.at(nanoseconds(self.reset(7).transition))
+        positions = {nanoseconds(message) - begin: message.position for message in heard.messages()}
+
+        self.serve(mode="lockstep", world=world, max_topic_rate=1.0)
+        heard = self.record("/joint_states", STATE_TOPICS["/joint_states"])
+        for _ in range(600):  # more than are shown after a pause
+            begin = nanoseconds(self.reset(7).transition)
+        heard.at(begin)
+        for _ in range(10):
+            begin = nanoseconds(self.reset(7).transition)
+            for action in actions:
+                end = nanoseconds(self.ask("step", action=action).transition)
+            heard.wait(lambda m, b=begin, e=end: b < nanoseconds(m) <= e, "the last measurements")
+            for message in heard.messages():
+                expected = positions.get(nanoseconds(message) - begin)
+                self.assertIn(expected, (None, message.position))
+
     def test_unknown_measurements_are_not_published(self):
         """Those from before the first subscriber or a ~restore: their stamps or values are lost."""
         self.serve(mode="lockstep", world="{observation_delay: 0.06}")
