@@ -50,11 +50,12 @@ Reader ServiceConnection::call(const tcpros::Bytes& request, std::size_t max_ans
   constexpr std::size_t kHeadBytes = 1 + tcpros::kLengthBytes;
   socket_.send_all(request.data(), request.size(), deadline);
   received_ = 0;
-  spin_.poll([this] {
+  const bool has_come = spin_.poll([this] {
     received_ = socket_.receive_arrived(input_.data(), input_.size());
     return received_ > 0;
   });
   receive_at_least(kHeadBytes, deadline);
+  if (!has_come) spin_.finish();
   const std::size_t size = tcpros::load_length(&input_[1]);
   if (input_[0] > 1)
     throw std::runtime_error("its answer begins with neither 0 nor 1; is it a ROS node?");

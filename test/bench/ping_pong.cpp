@@ -39,14 +39,16 @@ bool send_all(int connection, const std::vector<char>& data) {
 /// @return false after EOF or an error
 bool receive_all(int connection, std::vector<char>& data, SpinWait<>& spin) {
   ssize_t received = 0;
-  spin.poll([&] {
+  const bool has_come = spin.poll([&] {
     received = recv(connection, data.data(), data.size(), MSG_DONTWAIT);
     return received > 0;
   });
   const std::size_t begin = received > 0 ? static_cast<std::size_t>(received) : 0;
   const std::size_t rest = data.size() - begin;
-  return rest == 0 ||
-         recv(connection, data.data() + begin, rest, MSG_WAITALL) == static_cast<ssize_t>(rest);
+  const bool is_complete = rest == 0 || recv(connection, data.data() + begin, rest, MSG_WAITALL) ==
+                                            static_cast<ssize_t>(rest);
+  if (!has_come) spin.finish();
+  return is_complete;
 }
 
 void serve(int listener, std::vector<char> request, const std::vector<char>& response,

@@ -204,7 +204,8 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   if (has_work()) longest = std::chrono::nanoseconds::zero();
   // A client that has its answer usually sends its next request soon.
   ServiceSession* const answered = std::exchange(answered_, nullptr);
-  if (answered != nullptr && longest >= spin_.limit()) {
+  const bool is_wait = answered != nullptr && longest >= spin_.limit();
+  if (is_wait) {
     const bool is_ready = spin_.poll([&] {
       constexpr timespec kNow{};
       if (++num_polls_ % kMaxCalls != 0) return answered->read_ahead();
@@ -223,6 +224,7 @@ void ServicePort::wait(int other, std::chrono::nanoseconds longest) {
   const timespec timeout{left / kPerSecond, left % kPerSecond};
   // If a signal interrupts ppoll, all revents stay 0.
   ppoll(polled_.data(), polled_.size(), &timeout, nullptr);
+  if (is_wait) spin_.finish();
 }
 
 void ServicePort::accept_clients(int listener) {
