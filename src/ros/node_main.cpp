@@ -24,7 +24,6 @@
 #include <ros/network.h>
 #include <ros/param.h>
 #include <ros/this_node.h>
-#include <xmlrpcpp/XmlRpcValue.h>
 
 #include "base/interruption.h"
 #include "base/posix.h"
@@ -100,7 +99,8 @@ constexpr std::size_t kMaxErrorBytes = 8000;
 
 sem_t wake_semaphore;  // wakes the watching thread: sem_post is async-signal-safe
 std::atomic<bool> is_signalled{false};
-std::atomic<bool> is_started{false};  // ros::start may have registered the node
+std::atomic<bool> sets_simulated_time{false};  // under /use_sim_time, not following /clock
+std::atomic<bool> is_started{false};           // ros::start may have registered the node
 
 /// ::poll that throws Interrupted after SIGINT or SIGTERM.
 int poll_until_end(pollfd* files, nfds_t num_files, int timeout) {
@@ -184,25 +184,18 @@ class EndOnSignals {
   std::thread thread_;
 };
 
-/// Waits for the master, because parameters are read without waiting.
-void wait_for_master() {
-  XmlRpc::XmlRpcValue request;
-  XmlRpc::XmlRpcValue response;
-  XmlRpc::XmlRpcValue payload;
-  request[0] = ros::this_node::getName();
-  constexpr bool kWaits = true;
-  ros::master::execute("getPid", request, response, payload, kWaits);
-}
-
 /// Calls ros::start, which subscribes to /clock if the parameter /use_sim_time is true. For a node
-/// that does not follow /clock, the parameter is remapped to one that is never set.
+/// that does not follow /clock, the parameter is remapped to one that is never set. Without an
+/// answer of the master, which ros::start waits for, the node follows /clock.
 void start(const NodeDescription& node) {
   const std::string parameter = "/use_sim_time";
-  const bool is_on_wall_time = !ros::param::param(parameter, false);
-  const bool follows = node.follows_clock != nullptr && node.follows_clock();
-  if (!follows) ros::names::init({{parameter, parameter + "_of_followers"}});
+  const bool sets_time =
+      ros::master::check() && (node.follows_clock == nullptr || !node.follows_clock());
+  const bool is_simulated = sets_time && ros::param::param(parameter, false);
+  if (sets_time) ros::names::init({{parameter, parameter + "_of_followers"}});
   ros::start();
-  if (!follows && !is_on_wall_time) ros::Time::setNow({});
+  sets_simulated_time = is_simulated;
+  set_time({});
 }
 
 /// Validates the master's URI: roscpp aborts on one that it cannot parse.
@@ -228,7 +221,7 @@ void check_master(const std::vector<std::string>& arguments) {
 }  // namespace
 
 void set_time(ros::Time time) {
-  if (ros::Time::isSimTime()) ros::Time::setNow(time);
+  if (sets_simulated_time) ros::Time::setNow(time);
 }
 
 std::string help_text(const NodeDescription& node) {
@@ -289,7 +282,6 @@ int run_node(int argc, char** argv, const NodeDescription& node, const std::func
     check_arguments(arguments, node);
     check_master(arguments);
     ros::init(argc, argv, node.name, ros::init_options::NoSigintHandler);
-    wait_for_master();
     is_started = true;
     start(node);
     const std::string addresses = listening_addresses();  // linked even if DEBUG is compiled out

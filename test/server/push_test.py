@@ -111,6 +111,7 @@ class PushTest(ServerTest):
         for _ in range(5):
             self.pusher.publish(wrench("lower_leg_1", z=-20.0))
             time.sleep(0.05)
+        self.pushes = 5
         self.commands(lambda values: int(values["pushes"]) == 5)
         self.ask("pause")
         record = self.ask("snapshot").record
