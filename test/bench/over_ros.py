@@ -43,8 +43,8 @@ class Condition(NamedTuple):
 
 
 CONDITIONS = {
-    "alone": Condition(),
     "status line": Condition(["headless:=true"], topic="/odom"),
+    "alone": Condition(),
     "rviz": Condition(["rviz:=true"], topic="/state_markers"),
     "rostopic hz joint_states": Condition(
         beside=[["rostopic", "hz", "/joint_states"]], topic="/joint_states"
@@ -62,7 +62,7 @@ def lockstep(settings):
     """One environment stepped by service in each condition, with no process bound to a core."""
     rows = []
     for env in (WALKER, WALKER2D):
-        for name in list(CONDITIONS)[: 2 if settings.is_quick else None]:
+        for name in list(CONDITIONS)[: 1 if settings.is_quick else None]:
             plan = lockstep_plan(settings, env, name)
             topic = CONDITIONS[name].topic
             try:
@@ -177,7 +177,7 @@ def jitter(settings):
     """Deviation of the intervals between steps in real time, with and without a priority."""
     rows = []
     for env in (WALKER, "Walker2d-v5"):
-        for name, number_busy, priority in JITTERS:
+        for name, number_busy, priority in JITTERS[: 1 if settings.is_quick else None]:
             by_key = {
                 f"jitter_{key}_us": Row("jitter", env, text, "us", condition=name)
                 for key, text in (("p50", "p50"), ("p99", "p99"), ("p999", "p99.9"), ("max", "max"))
