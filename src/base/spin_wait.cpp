@@ -16,9 +16,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kTrials = 9;
-constexpr std::chrono::microseconds kIdleTime{
-    100};                       // in which a blocked thread's core goes to sleep
-constexpr int kTimeout = 1000;  // [ms]
+constexpr std::chrono::microseconds kIdleTime{100};  // the core of a blocked thread falls asleep
+constexpr int kTimeout = 1000;                       // [ms]
 
 /// Measures how long a thread takes to run after an event has ended its wait.
 /// @return the median

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <utility>
 
 #include "walker_sim/export.h"
 
@@ -24,9 +25,9 @@ WALKER_SIM_EXPORT std::chrono::microseconds spin_limit(std::int64_t microseconds
 /// (docs/transport.md). But where a third thread needs a core, polling keeps the peer from it: in
 /// another session a yield does not let the peer run (Linux' autogroups).
 ///
-/// The present way is kept while an exponential average of its waits is below the limit, if it
-/// polls, and the other way is tried for 8 waits in a row: after 64 waits, then after twice as
-/// many, up to 8192. Polling that exceeds the limit on average ends at once.
+/// The other way is tried for 8 waits in a row: after 64 waits, then after twice as many, up to
+/// 8192. It is kept if they were shorter on average than those since the last trial. Polling ends
+/// at once if an exponential average of the waits exceeds the limit.
 template <typename Clock = std::chrono::steady_clock>
 class SpinWait {
  public:
@@ -69,34 +70,33 @@ class SpinWait {
   void record(Duration wait) {
     wait = std::min(wait, kLong * limit_);  // the caller's peer may pause for seconds
     ++waits_;
-    if (is_trial_) {
-      trial_ += wait / kTrialWaits;
-      if (waits_ == kTrialWaits) conclude();
-      return;
-    }
+    total_ += wait;
     average_ += (wait - average_) / kWeight;
-    if (polls_ && average_ > limit_) {
+    if (is_trial_) {
+      if (waits_ == kTrialWaits) conclude(restart());
+    } else if (polls_ && average_ > limit_) {
+      restart();
       change();
     } else if (waits_ >= until_trial_) {
+      usual_ = restart();
       is_trial_ = true;
-      waits_ = 0;
-      trial_ = Duration::zero();
     }
   }
 
-  void conclude() {
-    const bool is_better = trial_ < average_ && (polls_ || trial_ < limit_);
-    until_trial_ = std::min(2 * until_trial_, kMaxUntilTrial);
+  /// Begins a trial, or the waits between two. @return the mean of the waits before
+  Duration restart() { return std::exchange(total_, {}) / std::exchange(waits_, 0); }
+
+  void conclude(Duration trial) {
     is_trial_ = false;
-    waits_ = 0;
-    if (!is_better) return;
-    change();
-    average_ = trial_;
+    if (trial < usual_ && (polls_ || trial < limit_)) {
+      change();
+    } else {
+      until_trial_ = std::min(2 * until_trial_, kMaxUntilTrial);
+    }
   }
 
   void change() {
     polls_ = !polls_;
-    waits_ = 0;
     until_trial_ = kMinUntilTrial;
   }
 
@@ -110,9 +110,10 @@ class SpinWait {
   typename Clock::time_point begin_;  // of the present wait
   bool polls_;                        // the present way: else it blocks
   bool is_trial_ = false;             // of the other way
-  Duration average_{};                // of the waits in the present way
-  Duration trial_{};                  // mean of the trial's waits
-  int waits_ = 0;                     // in the trial, or since the last one
+  Duration average_{};                // exponential, of the waits
+  Duration usual_{};                  // mean of the waits between the last two trials
+  Duration total_{};                  // of the waits in the trial, or since the last one
+  int waits_ = 0;                     // their number
   int until_trial_ = kMinUntilTrial;
 };
 

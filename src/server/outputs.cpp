@@ -184,7 +184,8 @@ void Outputs::publish_state() {
   if (pace_.take(reached_at_)) show(reached_at_);
   if (!transition_.is_heard()) return;
   clock_.publish();
-  transition_.publish_if_heard(state, frames_, stamp_);
+  to_message(state, frames_, stamp_, transition_.message);
+  transition_.publish();
 }
 
 /// Publishes the present state on the paced topics.

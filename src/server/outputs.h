@@ -48,9 +48,6 @@ class Outputs {
   /// its record.
   void publish_step();
 
-  /// Publishes the time, which has advanced without a new state.
-  void publish_time() { clock_.publish(); }
-
   /// Shows the newest state if the pace has held it back and no other has followed for 1 ms. While
   /// nothing moves, also publishes the present transforms and joint states to subscribers that have
   /// connected since the last state. While states follow each other, the next state's messages

@@ -117,7 +117,7 @@ void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Res
     publish_reset();
   } else {
     advance_time();
-    outputs_.publish_time();
+    clock_.publish();
   }
 }
 

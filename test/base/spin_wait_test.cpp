@@ -50,11 +50,11 @@ class SpinWaitTest : public testing::Test {
 };
 
 constexpr nanoseconds kBrief{10000};
-constexpr nanoseconds kBlocked{30000};  // a brief wait and the time to wake
+constexpr nanoseconds kWoken{30000};  // a brief wait and the time to wake
 constexpr nanoseconds kEndless{1000000000};
 
 TEST_F(SpinWaitTest, PollsWhereThatIsFasterAndSeldomTriesToBlock) {
-  EXPECT_GE(count(100000, kBrief, kBlocked), 99000);
+  EXPECT_GE(count(100000, kBrief, kWoken), 99000);
   EXPECT_TRUE(spin_.pays());
 }
 
@@ -66,31 +66,34 @@ TEST_F(SpinWaitTest, PollsNoLongerThanTheLimit) {
 
 TEST_F(SpinWaitTest, NeverPollsWithoutALimit) {
   spin_ = SpinWait<FakeClock>(nanoseconds(0));
-  EXPECT_EQ(count(100000, kBrief, kBlocked), 0);
+  EXPECT_EQ(count(100000, kBrief, kWoken), 0);
 }
 
 TEST_F(SpinWaitTest, BlocksAtOnceAfterSomeLongWaits) {
-  EXPECT_EQ(count(50, kBrief, kBlocked), 50);
-  EXPECT_LE(count(50, kEndless, kEndless), 5);
+  EXPECT_EQ(count(50, kBrief, kWoken), 50);
+  const int polled = count(50, kEndless, kEndless);
+  EXPECT_GE(polled, 2);
+  EXPECT_LE(polled, 5);
   EXPECT_LE(count(100000, kEndless, kEndless), 200) << "trials that become rare";
 }
 
 TEST_F(SpinWaitTest, OneLongWaitAmongBriefOnesChangesNothing) {
-  for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(count(1, kEndless, kEndless), 1);
-    EXPECT_EQ(count(8, kBrief, kBlocked), 8);
+  for (int i = 0; i < 100; ++i) {
+    count(1, kEndless, kEndless);
+    count(8, kBrief, kWoken);
+    EXPECT_TRUE(spin_.pays());
   }
 }
 
 /// As where the peer waits for this core while this thread polls.
 TEST_F(SpinWaitTest, BlocksWhereThatIsFaster) {
-  EXPECT_LE(count(1000, kBlocked, kBrief), 200);
-  EXPECT_LE(count(100000, kBlocked, kBrief), 300);
+  EXPECT_LE(count(1000, kWoken, kBrief), 200);
+  EXPECT_LE(count(100000, kWoken, kBrief), 300);
 }
 
 TEST_F(SpinWaitTest, PollsAgainOnceThatIsFaster) {
   count(100, kEndless, kEndless);
-  EXPECT_GE(count(100000, kBrief, kBlocked), 90000);
+  EXPECT_GE(count(100000, kBrief, kWoken), 90000);
 }
 
 TEST(SpinLimit, IsMeasuredOnceUnlessGiven) {

@@ -114,6 +114,15 @@ def publishers_of(topic):
     return dict(rosgraph.Master(CALLER).getSystemState()[0]).get(topic, [])
 
 
+def pid_of(name):
+    """Process id by the node's own getPid; None if it does not answer."""
+    try:
+        uri = rosgraph.Master(CALLER).lookupNode(name)
+        return xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2]
+    except (OSError, rosgraph.MasterException):
+        return None
+
+
 def registered_uri(name, pid):
     """The node's XML-RPC URI, or "" until process `pid` has registered it."""
     master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])

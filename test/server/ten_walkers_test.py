@@ -4,14 +4,13 @@ import os
 import signal
 import statistics
 import time
-import xmlrpc.client
 
 import rosgraph
 import rospy
 from bare_ros import CALLER, TIMEOUT, wait_for
 from launched import Launched
 from rosgraph_msgs.msg import Clock
-from server_harness import ServerTest, publishers_of
+from server_harness import ServerTest, pid_of, publishers_of
 from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
 from walker_sim.srv import GetSpec
@@ -25,15 +24,6 @@ MIN_MESSAGES = 60  # at least 0.48 s of simulation time
 
 def node(walker):
     return f"{walker}/walker_sim"
-
-
-def pid_of(name):
-    """Process id by the node's own getPid; None if it does not answer."""
-    try:
-        uri = rosgraph.Master(CALLER).lookupNode(name)
-        return xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2]
-    except (OSError, rosgraph.MasterException):
-        return None
 
 
 class TenWalkersTest(ServerTest):
