@@ -4,5 +4,13 @@ import pathlib
 import sys
 
 TEST = pathlib.Path(__file__).resolve().parent
-FOLDERS = ("bench", "python", "robots/bipedal_walker", "robots/mujoco", "recordings", "server")
+FOLDERS = (
+    "bench",
+    "promises",
+    "python",
+    "robots/bipedal_walker",
+    "robots/mujoco",
+    "recordings",
+    "server",
+)
 sys.path += [str(TEST / folder) for folder in FOLDERS]

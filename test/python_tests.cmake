@@ -16,6 +16,8 @@ set(short_suites
   python/environment_threads_test
   python/keywords_test
   python/package_test
+  python/promises_ros_test
+  python/promises_test
   python/recorded_pictures_test
   python/refusals_ros_test
   python/vector_environment_test
@@ -29,7 +31,7 @@ set(slow_suites bench/bench_test robots/bipedal_walker/episodes_gymnasium_test
 # stages.cmake runs these in separate virtual environments.
 set(other_suites python/curriculum_test python/minari_test python/normalization_test python/onnx_test
   python/readme_wheel_test python/rosnodejs_test python/sb3_make_vec_env_test python/sb3_test
-  python/sb3_worlds_test python/torch_test python/train_test python/wheel_test)
+  python/sb3_promises_test python/sb3_worlds_test python/torch_test python/train_test python/wheel_test)
 
 add_library(walker_sim_c_interface MODULE EXCLUDE_FROM_ALL test/c_interface.cpp)
 target_include_directories(walker_sim_c_interface PRIVATE test)
@@ -61,7 +63,7 @@ function(walker_sim_add_suite path)
   if(path IN_LIST slow_suites)
     set_tests_properties(${name} PROPERTIES COST 1)
   endif()
-  set(tools walker_sim_python walker_sim_c_interface walker_sim_core walker_sim_draws)
+  set(tools walker_sim_python walker_sim_c_interface walker_sim_core walker_sim_draws walker_sim_oracle)
   if(path STREQUAL "bench/bench_test")
     list(APPEND tools benchmarks)
   endif()

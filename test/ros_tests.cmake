@@ -25,6 +25,7 @@ set(short_rostests
   server/lockstep_cost_test
   server/lockstep_test
   server/namespaces_test
+  server/promises_test
   server/publish_order_test
   server/records_test
   server/sensor_topics_test
@@ -52,7 +53,7 @@ function(walker_sim_add_rostest path)
   if(path IN_LIST short_rostests)
     set(label "short;devel")
   endif()
-  set(program "") # tests in Python need none
+  set(program walker_sim_oracle) # which test/promises asks
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.cpp)
     set(program ros_tests)
     file(STRINGS test/${path}.cpp own_main REGEX "^int main")
@@ -72,6 +73,8 @@ function(walker_sim_add_rostest path)
     set_tests_properties(install_${name} PROPERTIES FIXTURES_REQUIRED install_space)
     list(APPEND tests install_${name})
   endif()
+  set_tests_properties(${tests} PROPERTIES ENVIRONMENT
+    "WALKER_SIM_PROGRAMS=$<TARGET_FILE_DIR:walker_sim_oracle>")
   if(path IN_LIST timed_rostests)
     set_tests_properties(${tests} PROPERTIES RUN_SERIAL TRUE)
   endif()

@@ -35,7 +35,8 @@ clean=(env -i "HOME=$HOME" PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 PYTHO
 # in_space SETUP_FILE COMMAND...: runs the command in a clean environment after sourcing SETUP_FILE.
 in_space() {
   # shellcheck disable=SC2016  # for the inner shell
-  "${clean[@]}" ROS_HOSTNAME=localhost ROS_HOME="$ros_home" bash -c 'source "$0" && exec "$@"' "$@"
+  "${clean[@]}" ROS_HOSTNAME=localhost ROS_HOME="$ros_home" \
+    WALKER_SIM_PROGRAMS="$devel/lib/walker_sim" bash -c 'source "$0" && exec "$@"' "$@"
 }
 
 # over_ros ROS_HOME COMMAND...: runs the command with the devel space and the programs for ROS tests.

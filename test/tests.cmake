@@ -97,8 +97,15 @@ set(left_out pool_race_test) # a separate program, see below
 if(WALKER_SIM_INSTRUMENT)
   set(left_out small_stack_test) # instrumented functions need a larger stack
 endif()
-walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} LEFT_OUT ${left_out}
+walker_sim_add_unit_tests(episode LIBRARIES ${core_libraries} WITH promises LEFT_OUT ${left_out}
   ALSO test/robots/agent_test.cpp test/robots/registry_test.cpp test/robots/sensor_noise_test.cpp)
+
+# Prints the traces that test/promises expects of Python's interfaces.
+add_executable(walker_sim_oracle EXCLUDE_FROM_ALL test/promises/oracle.cpp)
+target_include_directories(walker_sim_oracle PRIVATE test)
+target_compile_definitions(walker_sim_oracle PRIVATE WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+target_link_libraries(walker_sim_oracle PRIVATE ${core_libraries} walker_sim_flags GTest::GTest
+  Threads::Threads ${CMAKE_DL_LIBS})
 
 set(left_out "")
 if(NOT bipedal_walker_kernels)

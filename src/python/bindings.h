@@ -88,7 +88,7 @@ class CallMutex {
 
  private:
   std::timed_mutex mutex_;
-  std::atomic<std::thread::id> owner_{};
+  std::atomic<std::thread::id> owner_{std::thread::id()};
 };
 
 /// Releases the GIL, then locks the mutex: the mutex's owner may be waiting for the GIL.

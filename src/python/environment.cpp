@@ -42,20 +42,19 @@ class EnvironmentBinding {
 
   py::dict specification() const { return to_dict(episode_->specification()); }
 
-  /// @return the generator's state afterwards
-  /// @throws std::runtime_error with the engine's message if it fails
-  GeneratorState reset(const GeneratorState& generator_state, py::handle observation,
-                       py::handle info) {
+  /// @return the generator's state afterwards, and the engine's message if it failed, or an empty
+  ///         text
+  std::tuple<GeneratorState, std::string> reset(const GeneratorState& generator_state,
+                                                py::handle observation, py::handle info) {
     const EpisodeState& state = episode_->state();
     Output observations(observation, "observation", state.observation.size());
     Output infos(info, "info", state.info.size());
     const GilFreeLock lock(mutex_);
     episode_->set_generator_state(generator_state);
     episode_->reset(std::nullopt);
-    if (state.failed_at_reset()) throw std::runtime_error(state.error);
     observations.write(state.observation.data());
     infos.write(state.info.data());
-    return episode_->generator_state();
+    return {episode_->generator_state(), state.error};
   }
 
   /// @return reward, terminated, truncated, and the engine's error or an empty text

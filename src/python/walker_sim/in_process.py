@@ -63,7 +63,10 @@ class InProcessWalker:
         if world is not None:
             self.set_world(world)
         with random.bit_generator.lock:  # NumPy's own draws take it too
-            set_generator_state(random, self._environment.reset(generator_state_of(random), *state))
+            generator, error = self._environment.reset(generator_state_of(random), *state)
+            set_generator_state(random, generator)
+        if error:
+            raise RuntimeError(error)
 
     def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         """Steps by an action, float32 or float64, shape (action size,). Returns reward, terminated,

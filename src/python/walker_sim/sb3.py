@@ -111,6 +111,7 @@ class VecEnv(vec_env.VecEnv):
         self._action_size = len(specification["action_low"])
         self._actions: NDArray[np.float64] | None = None
         self._is_closed = False
+        self._failed: set[int] = set()  # walkers whose last reset failed
         observation_space, action_space = made.spaces if made else spaces_of(specification)
         # A single walker's attributes, for `get_attr`. The base class's constructor reads some.
         shared = {
@@ -186,6 +187,9 @@ class VecEnv(vec_env.VecEnv):
         dones = batch.terminated | batch.truncated
         infos = self._to_dicts(batch.info)
         self._take_final_rows(np.flatnonzero(dones).tolist(), infos)
+        for i in [i for i in self._failed if not dones[i]]:  # this step was their reset
+            self.reset_infos[i] = dict(infos[i])
+            self._complete_reset_infos([i])
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
@@ -319,9 +323,11 @@ class VecEnv(vec_env.VecEnv):
         for i, drawn in zip(begun, self._walkers.world_values(begun)):
             if drawn:
                 self.reset_infos[i]["world"] = drawn
+            self._failed.discard(i)
             error = self._walkers.reset_error(i)
             if error:
                 self.reset_infos[i]["error"] = error
+                self._failed.add(i)
 
     def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
         """Returns each row as a dictionary, without absent values, which are NaN."""
