@@ -3,38 +3,19 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "walker_sim/errors.h"
 #include "walker_sim/export.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/renderer.h"
 #include "walker_sim/world.h"
 
 namespace walker {
-
-/// The master or the server is unreachable, the connection broke, or an answer is malformed. The
-/// next call opens new connections.
-struct WALKER_SIM_EXPORT ConnectionError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// The server refused the request; the message is the server's. The connection stays open. Nothing
-/// has moved, except if the engine failed at a reset: then there is no episode.
-struct WALKER_SIM_EXPORT RequestRefused : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// A signal ended the call (`ClientOptions::is_interrupted`). As after a ConnectionError, it is
-/// unknown whether the server executed the call, and the next call opens new connections.
-struct WALKER_SIM_EXPORT Interrupted : std::exception {
-  const char* what() const noexcept override { return "interrupted by a signal"; }
-};
 
 struct ClientOptions {
   std::string server = "/walker_sim";  ///< the server's resolved node name

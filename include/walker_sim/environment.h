@@ -1,30 +1,20 @@
 // The environment interface that servers, pools and learners use.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "walker_sim/errors.h"
 #include "walker_sim/export.h"
+#include "walker_sim/generator_state.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 #include "walker_sim/world.h"
 
 namespace walker {
-
-/// The action has the wrong size or is non-finite. Nothing has moved.
-struct WALKER_SIM_EXPORT InvalidAction : std::invalid_argument {
-  using std::invalid_argument::invalid_argument;
-};
-
-/// A step without a running episode: before the first reset, or after the end. Nothing has moved.
-struct WALKER_SIM_EXPORT ResetNeeded : std::logic_error {
-  using std::logic_error::logic_error;
-};
 
 /// Outcome of a reset or a step, written into the caller's buffers.
 struct Result {
@@ -43,9 +33,6 @@ struct Progress {
   std::uint32_t steps = 0;  ///< since the reset
   double episode_return = 0;
 };
-
-/// State of NumPy's PCG64: state (high, low), increment (high, low), has_uint32, uinteger.
-using GeneratorState = std::array<std::uint64_t, 6>;
 
 /// A walker, its world and its episode; `make` creates one. Not thread-safe, but different
 /// environments may run in different threads.

@@ -1,28 +1,10 @@
 // Computes the environment's observation from a robot's sensor measurements.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "walker_sim/export.h"
-#include "walker_sim/specification.h"
+#include "walker_sim/sensors.h"
 
 namespace walker {
-
-/// A robot's sensor measurements at one instant, in the axes and units of the ROS messages that
-/// carry them (REP 103, 117, 145). They suffice to compute a trained policy's observation.
-struct Measurements {
-  std::vector<double> joint_position;    ///< joints in action order [rad]
-  std::vector<double> joint_velocity;    ///< [rad/s]
-  Quaternion orientation{{0, 0, 0, 1}};  ///< trunk in the world frame; from imu
-  Vector3 angular_velocity{};            ///< trunk, in its own axes [rad/s]; from imu
-  Vector3 position{};                    ///< trunk's origin in the world frame [m]; from odom
-  Vector3 linear_velocity{};  ///< trunk's origin, in the trunk's axes [m/s]; from odom's twist
-  std::vector<std::uint8_t> contacts;  ///< per contact link; 1: touches the ground
-  std::vector<double> ranges;          ///< of the range finder [m]; +infinity: no hit; unused
-                                       ///< unless the observation contains them
-  double maximum_range = 0;            ///< of the range finder [m]; from scan
-};
 
 /// Builds the observations of one environment. Not thread-safe.
 ///

@@ -93,7 +93,10 @@ class WALKER_SIM_EXPORT Pool {
 
   /// Steps every environment once, or resets it if a reset is due.
   /// @param actions num_envs x action size, `size` values in total; finite even if ignored
-  void step(const double* actions, std::size_t size, const Batch& batch);
+  /// @param on_stepped called in this thread when all are done, and under same_step before the
+  ///                   ended ones are reset, with the rows as under next_step; empty: none
+  void step(const double* actions, std::size_t size, const Batch& batch,
+            const std::function<void()>& on_stepped = {});
 
   /// Steps the listed environments once, or resets those whose reset is due.
   /// @param actions      count x action size; finite even if ignored

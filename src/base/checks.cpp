@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "base/shortest_text.h"
-#include "walker_sim/environment.h"
+#include "walker_sim/errors.h"
 
 namespace walker {
 namespace {

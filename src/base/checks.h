@@ -5,7 +5,7 @@
 #include <string>
 
 #include "walker_sim/export.h"
-#include "walker_sim/observation_builder.h"
+#include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 
 namespace walker {

@@ -3,7 +3,7 @@
 
 #include <poll.h>
 
-#include "walker_sim/client.h"  // Interrupted
+#include "walker_sim/errors.h"
 #include "walker_sim/export.h"
 
 namespace walker {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "walker_sim/environment.h"
 #include "walker_sim/export.h"
+#include "walker_sim/generator_state.h"
 
 namespace walker {
 

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "walker_sim/observation_builder.h"
+#include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 #include "walker_sim/world.h"
 
