@@ -148,12 +148,9 @@ struct Pool::Implementation {
     }
     Episode::step_group(steps.data(), count);
     std::size_t num_resets = 0;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < count && resets_ended; ++i) {
       Slot& slot = slots[indices[i]];
-      keep_final(slot);
-      if (slot.has_final && steps[i].action != nullptr) {
-        steps[num_resets++] = {slot.episode.get(), nullptr, {}};
-      }
+      if (keep_final(slot)) steps[num_resets++] = {slot.episode.get(), nullptr, {}};
     }
     Episode::step_group(steps.data(), num_resets);
     if (batch == nullptr) return;
@@ -169,9 +166,28 @@ struct Pool::Implementation {
     });
   }
 
-  void keep_final(Slot& slot) const {
+  /// Keeps the state of an episode that has ended under same_step. @return whether to reset it now
+  bool keep_final(Slot& slot) const {
     slot.has_final = options.autoreset_mode == AutoresetMode::same_step && slot.state().has_ended();
     if (slot.has_final) slot.final_state = slot.state();
+    return slot.has_final && !slot.state().failed_at_reset();
+  }
+
+  /// Steps all environments, and makes a call between the steps and the autoresets.
+  void step_all(const double* wanted_actions, const Batch& rows,
+                const std::function<void()>& on_stepped) {
+    for (Slot& slot : slots) slot.has_final = false;
+    run(wanted_actions, &rows, all.data(), all.size());
+    on_stepped();
+    ended.clear();
+    for (const std::uint32_t index : all) {
+      if (keep_final(slots[index])) {
+        ended.push_back(index);
+      } else if (slots[index].has_final) {
+        write(slots[index], rows, index);
+      }
+    }
+    if (!ended.empty()) run(nullptr, &rows, ended.data(), ended.size());
   }
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
@@ -279,12 +295,14 @@ struct Pool::Implementation {
   PoolOptions options;
   std::vector<Slot> slots;
   bool all_have_begun = false;
+  bool resets_ended = true;  // under same_step, the threads reset ended environments
   std::size_t num_under_way = 0;
   std::vector<std::uint8_t> is_under_way;
   std::uint64_t num_lists = 0;           // lists checked so far
   std::vector<std::uint64_t> last_list;  // per environment: number of the last list with it
   std::vector<std::uint32_t> all;        // 0 .. num_envs - 1
   std::vector<std::uint32_t> arrived;
+  std::vector<std::uint32_t> ended;  // under same_step, in the last `step_all`
   std::vector<double> sent_actions;  // num_envs x action size; empty before the first list
   std::size_t action_size;
   std::size_t group_size;
@@ -322,12 +340,21 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
   pool.all_have_begun = pool.all_have_begun || listed.size() == pool.slots.size();
 }
 
-void Pool::step(const double* actions, std::size_t size, const Batch& batch) {
+void Pool::step(const double* actions, std::size_t size, const Batch& batch,
+                const std::function<void()>& on_stepped) {
   Implementation& pool = *implementation_;
   pool.require_none_under_way("step");
   check_actions_size(specification(), size, pool.options.num_envs);
   pool.check_steps(actions, pool.all.data(), pool.all.size());
-  pool.run(actions, &batch, pool.all.data(), pool.all.size());
+  if (!on_stepped) return pool.run(actions, &batch, pool.all.data(), pool.all.size());
+  pool.resets_ended = false;
+  try {
+    pool.step_all(actions, batch, on_stepped);
+  } catch (...) {
+    pool.resets_ended = true;
+    throw;
+  }
+  pool.resets_ended = true;
 }
 
 void Pool::step(const double* actions, const std::uint32_t* environments, std::size_t count,

@@ -51,9 +51,7 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
   PoolOptions pool_options;
   pool_options.num_envs = options.num_envs;
   pool_options.num_threads = std::min(options.num_threads, options.num_envs);
-  pool_options.autoreset_mode = options.autoreset_mode == AutoresetMode::same_step
-                                    ? AutoresetMode::next_step
-                                    : options.autoreset_mode;
+  pool_options.autoreset_mode = options.autoreset_mode;
   const std::uint64_t seed = options.seed ? *options.seed : draw_seed();
   std::shared_ptr<const CheckedWorld> world;  // shared by all
   std::uint32_t index = 0;
@@ -106,13 +104,11 @@ walker_sim::GetWorlds::Response list_worlds(const ServerOptions& options,
   return response;
 }
 
-BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
-                       EpisodeStatistics& episodes)
+BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, Account& account)
     : pool_(pool),
       specification_(pool.specification()),
       options_(options),
-      counters_(counters),
-      episodes_(episodes),
+      account_(account),
       all_(pool.options().num_envs) {
   std::iota(all_.begin(), all_.end(), 0U);
 }
@@ -131,13 +127,11 @@ void BatchCalls::reset(const ResetBatch::Request& request, ResetBatch::Response&
   }
   if (!request.worlds.empty()) set_requested(listed, request.worlds);
   pool_.reset(listed, seeds_of(request), {});
-  counters_.resets += listed.size();
   for (const std::uint32_t environment : listed) {
     const EpisodeState& state = state_of(environment);
-    if (state.failed_at_reset()) record_failure(state, response);
     append(state.observation, response.observations);
     append(state.info, response.info);
-    append_world(state, response.worlds);
+    record(state, response);
   }
 }
 
@@ -192,12 +186,19 @@ void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {
   }
 }
 
-void BatchCalls::step(const std::vector<double>& actions, StepBatch::Response& response) {
+void BatchCalls::step(const std::vector<double>& actions, StepBatch::Response& response,
+                      const std::function<void()>& on_stepped) {
   clear(response.failed_environments, response.failed_at_reset, response.failures,
         response.final_environments, response.final_observations, response.final_info,
         response.worlds, response.status_message);
-  pool_.step(actions.data(), actions.size(), rows_of(response));
-  account(actions, response);
+  const auto record_and_show = [&] {
+    record_steps(actions, response);
+    on_stepped();
+  };
+  // A std::function of a reference allocates no memory.
+  pool_.step(actions.data(), actions.size(), rows_of(response), std::cref(record_and_show));
+  if (options_.autoreset_mode != AutoresetMode::same_step) return;
+  for (const std::uint32_t environment : ended_) record(state_of(environment), response);
 }
 
 /// Resizes the response's vectors and returns pointers to their elements.
@@ -218,28 +219,18 @@ Batch BatchCalls::rows_of(StepBatch::Response& response) const {
   return rows;
 }
 
-/// Counts the step's outcomes and lists the episodes that it ended.
-void BatchCalls::account(const std::vector<double>& actions, StepBatch::Response& response) {
+/// Records the states that a step has reached, and lists the episodes that it has ended.
+void BatchCalls::record_steps(const std::vector<double>& actions, StepBatch::Response& response) {
   ended_.clear();
   for (const std::uint32_t environment : all_) {
     const EpisodeState& state = state_of(environment);
-    const bool has_ended =
-        response.terminated[environment] != 0 || response.truncated[environment] != 0;
-    if (response.steps[environment] == 0) {
-      ++counters_.resets;
-      if (has_ended) record_failure(state, response);
-      append_world(state, response.worlds);
-    } else {
-      ++counters_.steps;
+    record(state, response);
+    if (state.step != 0) {
       const double* action = actions.data() + environment * specification_.action_size();
-      if (is_clamped(specification_, action)) ++counters_.clamped_commands;
-      if (has_ended) {
-        if (!state.error.empty()) record_failure(state, response);
-        episodes_.add(state);
-        ended_.push_back(environment);
-      }
+      if (is_clamped(specification_, action)) ++account_.counters.clamped_commands;
+      if (state.has_ended()) ended_.push_back(environment);
     }
-    if (has_ended && options_.autoreset_mode == AutoresetMode::same_step) {
+    if (state.has_ended() && options_.autoreset_mode == AutoresetMode::same_step) {
       response.final_environments.push_back(environment);
       append(state.observation, response.final_observations);
       append(state.info, response.final_info);
@@ -247,9 +238,16 @@ void BatchCalls::account(const std::vector<double>& actions, StepBatch::Response
   }
 }
 
+/// Records the state after a step or a reset.
+template <typename Response>
+void BatchCalls::record(const EpisodeState& state, Response& response) {
+  account_.add(state);
+  if (!state.error.empty()) record_failure(state, response);
+  if (state.step == 0) append_world(state, response.worlds);
+}
+
 template <typename Response>
 void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
-  ++counters_.simulation_errors;
   const std::string text = std::to_string(state.environment) + ": " +
                            (state.failed_at_reset() ? kResetFailed : kStepFailed) + ": " +
                            state.error;
@@ -260,21 +258,6 @@ void BatchCalls::record_failure(const EpisodeState& state, Response& response) {
   response.failures.push_back(state.error);
   if constexpr (std::is_same_v<Response, StepBatch::Response>) {
     response.failed_at_reset.push_back(state.failed_at_reset() ? 1 : 0);
-  }
-}
-
-void BatchCalls::reset_ended(StepBatch::Response& response) {
-  if (options_.autoreset_mode != AutoresetMode::same_step || ended_.empty()) return;
-  Batch rows = rows_of(response);
-  rows.rewards = nullptr;  // these keep the values of the last step
-  rows.terminated = nullptr;
-  rows.truncated = nullptr;
-  pool_.reset(ended_, {}, rows);
-  counters_.resets += ended_.size();
-  for (const std::uint32_t environment : ended_) {
-    const EpisodeState& state = state_of(environment);
-    if (state.failed_at_reset()) record_failure(state, response);
-    append_world(state, response.worlds);
   }
 }
 

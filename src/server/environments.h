@@ -25,10 +25,7 @@ using walker_sim::StepBatch;
 
 using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 
-/// Makes a server's pool. Environment i begins with seed + i; a single one records its actions.
-///
-/// Under same_step the server resets ended environments itself after it has published their last
-/// states. The pool's next step only repeats resets that failed.
+/// Makes a server's pool. Environment i begins with seed + i; the shown one records its actions.
 Pool make_pool(const ServerOptions& options, const MakeEnvironment& make);
 
 /// @throws std::logic_error if there are several, naming `service` and what to call instead
@@ -47,9 +44,8 @@ walker_sim::GetWorlds::Response list_worlds(const ServerOptions& options,
 /// "environment 3: the simulation failed at its reset: Stack overflow".
 class BatchCalls {
  public:
-  /// @param pool, options, counters, episodes outlive this
-  BatchCalls(Pool& pool, const ServerOptions& options, ServerCounters& counters,
-             EpisodeStatistics& episodes);
+  /// @param pool, options, account outlive this
+  BatchCalls(Pool& pool, const ServerOptions& options, Account& account);
 
   /// @throws std::invalid_argument naming the field, its value and what is allowed; then nothing
   ///         has changed
@@ -58,12 +54,12 @@ class BatchCalls {
   /// Sets the worlds of the resets to come. @throws as `reset`
   void set_worlds(const SetWorld::Request& request);
 
-  /// Steps all environments. Under same_step, ended ones keep their state until `reset_ended`.
+  /// Steps all environments.
+  /// @param on_stepped as for `Pool::step`
   /// @throws as `Pool::step`; then the response has no meaning
-  void step(const std::vector<double>& actions, StepBatch::Response& response);
-
-  /// Under same_step, resets the environments whose episodes ended in the last step.
-  void reset_ended(StepBatch::Response& response);
+  void step(
+      const std::vector<double>& actions, StepBatch::Response& response,
+      const std::function<void()>& on_stepped = [] {});
 
  private:
   const EpisodeState& state_of(std::uint32_t environment) const {
@@ -74,15 +70,16 @@ class BatchCalls {
   void set_requested(const std::vector<std::uint32_t>& listed,
                      const std::vector<walker_sim::World>& worlds);
   Batch rows_of(StepBatch::Response& response) const;
-  void account(const std::vector<double>& actions, StepBatch::Response& response);
+  void record_steps(const std::vector<double>& actions, StepBatch::Response& response);
+  template <typename Response>
+  void record(const EpisodeState& state, Response& response);
   template <typename Response>
   void record_failure(const EpisodeState& state, Response& response);
 
   Pool& pool_;
   const Specification& specification_;
   const ServerOptions& options_;
-  ServerCounters& counters_;
-  EpisodeStatistics& episodes_;
+  Account& account_;
   std::vector<std::uint32_t> all_;    // indices
   std::vector<std::uint32_t> ended_;  // in the last step
   Throttle throttle_;

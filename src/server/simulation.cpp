@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -29,7 +30,7 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
       clock_(clock),
       outputs_(outputs),
       command_(pool.specification(), options.command_timeout, options.real_time_factor == 0),
-      batch_calls_(pool, options_, counters_, episodes_) {}
+      batch_calls_(pool, options_, account_) {}
 
 /// Makes a call that may change worlds, and publishes the specification if it has.
 template <typename Change>
@@ -48,8 +49,7 @@ const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed,
   outputs_.publish_abandoned(abandoned);
   environment.reset(seed);
   stepping_agents_.clear();
-  ++counters_.resets;
-  if (environment.state().failed_at_reset()) ++counters_.simulation_errors;
+  account_.add(environment.state());
   publish_reset();
   return environment.state();
 }
@@ -78,7 +78,7 @@ const EpisodeState& Simulation::step_many(const StepMany::Request& request,
 
 void Simulation::step_by_command() {
   if (command_.expire(clock_.now().toNSec())) {
-    ++counters_.command_timeouts;
+    ++account_.counters.command_timeouts;
     static Throttle throttle;
     if (throttle.passes()) {
       ROS_WARN_STREAM("No effort command for " << options_.command_timeout
@@ -94,12 +94,9 @@ const EpisodeState& Simulation::make_step(const std::vector<double>& action) {
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   environment.step(action);
   timing_.step_took(StepTiming::Clock::now() - begin);
-  ++counters_.steps;
-  const EpisodeState& state = environment.state();
-  if (!state.error.empty()) ++counters_.simulation_errors;
-  if (state.has_ended()) episodes_.add(state);
+  account_.add(environment.state());
   publish_step();
-  return state;
+  return environment.state();
 }
 
 void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Response& response) {
@@ -124,16 +121,18 @@ void Simulation::reset_batch(const ResetBatch::Request& request, ResetBatch::Res
 void Simulation::step_batch(const std::vector<double>& actions, StepBatch::Response& response) {
   clock_.require(2);  // a step, and under same_step a reset
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
-  batch_calls_.step(actions, response);
-  timing_.step_took(StepTiming::Clock::now() - begin);
   const EpisodeState& state = shown().state();
-  if (state.step == 0) {
-    publish_reset();
-  } else {
-    publish_step();
-  }
-  const std::uint32_t episode = state.episode;
-  batch_calls_.reset_ended(response);
+  std::uint32_t episode = 0;  // that the step has reached
+  const auto show = [&] {
+    timing_.step_took(StepTiming::Clock::now() - begin);
+    episode = state.episode;
+    if (state.step == 0) {
+      publish_reset();
+    } else {
+      publish_step();
+    }
+  };
+  batch_calls_.step(actions, response, std::cref(show));
   if (state.episode != episode) publish_reset();
 }
 
@@ -150,7 +149,7 @@ const EpisodeState& Simulation::restore(Episode& repeated) {
   Episode& environment = single_episode(pool_, "restore");
   outputs_.publish_abandoned(outputs_.abandoned_record());
   environment.take_over(repeated);
-  ++counters_.resets;
+  ++account_.counters.resets;
   stepping_agents_.clear();
   publish_reset();
   return environment.state();
@@ -158,7 +157,7 @@ const EpisodeState& Simulation::restore(Episode& repeated) {
 
 void Simulation::advance_time() {
   clock_.advance();
-  ++counters_.advances;
+  ++account_.counters.advances;
 }
 
 void Simulation::publish_step() {
@@ -180,12 +179,12 @@ void Simulation::take_command(const std::vector<double>& efforts, const std::str
     count_if_clamped(command_.action());
     const std::string before = std::exchange(commanding_agent_, agent);
     if (!takes_a_place || agent == before) return;
-    ++counters_.contested_commands;
+    ++account_.counters.contested_commands;
     static Throttle throttle;
     if (!throttle.passes()) return;
     ROS_WARN_STREAM("Two agents drive the walker: the effort command of "
                     << agent << " replaces that of " << before << " ("
-                    << counters_.contested_commands << " such commands so far)");
+                    << account_.counters.contested_commands << " such commands so far)");
   } catch (const std::exception& error) {
     refuse_command(error.what());
   }
@@ -193,40 +192,42 @@ void Simulation::take_command(const std::vector<double>& efforts, const std::str
 
 void Simulation::record_stepping(const std::string& agent) {
   if (!stepping_agents_.record(agent)) return;
-  ++counters_.contested_steps;
+  ++account_.counters.contested_steps;
   static Throttle throttle;
   if (!throttle.passes()) return;
   ROS_WARN_STREAM("Two agents step the walker: "
                   << agent << " resumes after a step of " << stepping_agents_.other() << " ("
-                  << counters_.contested_steps << " such steps so far)");
+                  << account_.counters.contested_steps << " such steps so far)");
 }
 
 void Simulation::refuse_command(const std::string& reason) {
-  ++counters_.refused_commands;
+  ++account_.counters.refused_commands;
   static Throttle throttle;
   if (!throttle.passes()) return;
-  ROS_ERROR_STREAM("Refused " << reason << " (" << counters_.refused_commands << " so far)");
+  ROS_ERROR_STREAM("Refused " << reason << " (" << account_.counters.refused_commands
+                              << " so far)");
 }
 
 void Simulation::take_push(const geometry_msgs::WrenchStamped& message) {
   try {
     shown_.push(to_link_wrench(message, frames_, shown_.sensors()));
-    ++counters_.pushes;
+    ++account_.counters.pushes;
   } catch (const std::exception& error) {
     refuse_push(error.what());
   }
 }
 
 void Simulation::refuse_push(const std::string& reason) {
-  ++counters_.refused_pushes;
+  ++account_.counters.refused_pushes;
   push_refusal_ = reason;
   static Throttle throttle;
   if (!throttle.passes()) return;
-  ROS_ERROR_STREAM("Refused push: " << reason << " (" << counters_.refused_pushes << " so far)");
+  ROS_ERROR_STREAM("Refused push: " << reason << " (" << account_.counters.refused_pushes
+                                    << " so far)");
 }
 
 void Simulation::count_if_clamped(const std::vector<double>& action) {
-  if (is_clamped(pool_.specification(), action.data())) ++counters_.clamped_commands;
+  if (is_clamped(pool_.specification(), action.data())) ++account_.counters.clamped_commands;
 }
 
 Restores::Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironment& make)

@@ -68,8 +68,8 @@ class Simulation {
   Pool& pool() const { return pool_; }
   SimulationClock& clock() const { return clock_; }
   EffortCommand& command() { return command_; }
-  const EpisodeStatistics& episodes() const { return episodes_; }
-  ServerCounters& counters() { return counters_; }
+  const EpisodeStatistics& episodes() const { return account_.episodes; }
+  ServerCounters& counters() { return account_.counters; }
   StepTiming& timing() { return timing_; }
 
  private:
@@ -91,8 +91,7 @@ class Simulation {
   std::string commanding_agent_;  // sender of the latest command
   SteppingAgents stepping_agents_;
   std::string push_refusal_;
-  ServerCounters counters_;
-  EpisodeStatistics episodes_;
+  Account account_;
   StepTiming timing_;
   BatchCalls batch_calls_;
 };

@@ -44,7 +44,7 @@ struct Batch3 {
                        [id] {
                          return make(id, {{"max_episode_steps", std::int64_t{4}}});
                        })),
-        calls(pool, options, counters, episodes) {}
+        calls(pool, options, account) {}
 
   static ServerOptions options_of(const std::string& id, AutoresetMode mode, const World& world) {
     ServerOptions options{};
@@ -79,7 +79,6 @@ struct Batch3 {
 
   const StepBatch::Response& step() {
     calls.step(std::vector<double>(kSize * pool.specification().action_size(), 0.5), reply);
-    calls.reset_ended(reply);
     return reply;
   }
 
@@ -97,8 +96,7 @@ struct Batch3 {
   }
 
   ServerOptions options;
-  ServerCounters counters;
-  EpisodeStatistics episodes;
+  Account account;
   Pool pool;
   BatchCalls calls;
   StepBatch::Response reply;
@@ -146,21 +144,18 @@ TEST_P(BatchWorlds, ResetTakesOneForAllOrOneEach) {
   EXPECT_EQ(reported(batch.reset({{}})), (Indices{0, 2}));
 }
 
-TEST_P(BatchWorlds, SetWorldActsFromTheNextReset) {
+TEST_P(BatchWorlds, AStepReportsTheWorldsThatItsResetsDraw) {
   for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
     Batch3 batch(GetParam(), mode);
     batch.reset();
     batch.set({message_of_world(kGravity)}, {1});
     for (int step = 1; step < 4; ++step) EXPECT_EQ(reported(batch.step()), Indices{});
-    EXPECT_FALSE(batch.pool.episode(1).state().world);
     batch.step();
     if (mode == AutoresetMode::next_step) {
       EXPECT_EQ(reported(batch.reply), Indices{});
       batch.step();
     }
-    EXPECT_EQ(batch.reply.steps, (Indices{0, 0, 0}));
-    ASSERT_EQ(reported(batch.reply), (Indices{1}));
-    EXPECT_EQ(to_values(batch.reply.worlds[0].parameters), *batch.pool.episode(1).state().world);
+    EXPECT_EQ(reported(batch.reply), (Indices{1}));
     EXPECT_EQ(reported(batch.step()), Indices{});
   }
 }

@@ -176,4 +176,17 @@ class EpisodeStatistics {
   std::uint64_t count_ = 0;
 };
 
+/// What is counted of all environments.
+struct Account {
+  ServerCounters counters;
+  EpisodeStatistics episodes;  ///< that ended
+
+  /// Counts the state after a step or a reset.
+  void add(const EpisodeState& state) {
+    ++(state.step == 0 ? counters.resets : counters.steps);
+    if (!state.error.empty()) ++counters.simulation_errors;
+    if (state.step != 0 && state.has_ended()) episodes.add(state);
+  }
+};
+
 }  // namespace walker
