@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "base/interruption.h"
+#include "base/parameter_text.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/client.h"
 #include "walker_sim/environment.h"
+#include "walker_sim/parameters.h"
 #include "walker_sim/registry.h"
 #include "walker_sim/world.h"
 
@@ -116,6 +118,13 @@ PYBIND11_MODULE(_core, module) {
              [](const std::string& id) { return to_list(parameter_descriptions(id)); });
   module.def("camera_parameters_of",
              [](const std::string& id) { return to_list(camera_parameter_descriptions(id)); });
+  module.def(
+      "parse_assignments", [](const std::string& id, const std::vector<std::string>& assignments) {
+        std::vector<ParameterDescription> known = parameter_descriptions(id);
+        const std::vector<ParameterDescription> of_camera = camera_parameter_descriptions(id);
+        known.insert(known.end(), of_camera.begin(), of_camera.end());
+        return parse_assignments(known, assignments);
+      });
   module.def("registration_of", &registration_of);
   module.def("world_presets", &world_presets);
   module.def("world_parameters",
@@ -129,7 +138,7 @@ PYBIND11_MODULE(_core, module) {
   });
   module.def("world_text",
              [](const py::dict& world) { return to_str(to_string(to_world(world))); });
-  bind_environment(module);
+  bind_renderer(module);
   bind_pool(module);
   bind_client(module);
   bind_policy(module);

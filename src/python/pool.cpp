@@ -8,10 +8,13 @@
 #include <map>
 #include <memory>
 #include <numeric>
+#include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "base/engine_release.h"
 #include "base/interruption.h"
 #include "episode/episode.h"
 #include "python/bindings.h"
@@ -24,7 +27,12 @@ namespace walker::python {
 namespace py = pybind11;
 namespace {
 
-/// A pool whose threads write rows into NumPy arrays. Thread-safe: a mutex serialises the calls.
+std::string engine_of(const Specification& specification) {
+  return specification.engine + " " + engine_release(specification.engine_version);
+}
+
+/// A pool whose threads write rows into NumPy arrays; it can be copied and pickled. Thread-safe: a
+/// mutex serialises the calls, and threads wait for it without the GIL.
 class PoolBinding {
  public:
   PoolBinding(std::string id, const py::dict& parameters, std::size_t num_envs,
@@ -65,6 +73,22 @@ class PoolBinding {
     StepOutputs outputs = outputs_of(batch, options_.num_envs);
     const GilFreeLock lock(mutex_);
     pool_.step(input.data(), input.size(), rows_of(outputs));
+  }
+
+  /// Steps the only environment, which is not reset at its end.
+  /// @return reward, terminated, truncated, and the engine's error or an empty text
+  std::tuple<double, bool, bool, std::string> step_single(py::handle action, py::handle observation,
+                                                          py::handle info) {
+    const Input actions(action, "action");
+    Output observations(observation, "observation", observation_size());
+    Output infos(info, "info", num_infos());
+    const GilFreeLock lock(mutex_);
+    Episode& episode = pool_.episode(0);
+    episode.step(actions.data(), actions.size());
+    const EpisodeState& state = episode.state();
+    observations.write(state.observation.data());
+    infos.write(state.info.data());
+    return {state.reward, state.terminated, state.truncated, state.error};
   }
 
   /// Steps some environments. The batch receives a row for each, in their order.
@@ -161,6 +185,22 @@ class PoolBinding {
     pool_.episode(index).push({link, force_x, force_z, torque_y});
   }
 
+  /// As Environment::set_coordinates.
+  void set_coordinates(std::size_t index, py::handle position, py::handle velocity) {
+    const Input positions(position, "qpos");
+    const Input velocities(velocity, "qvel");
+    const GilFreeLock lock(mutex_);
+    pool_.episode(index).set_coordinates(
+        {positions.data(), positions.data() + positions.size()},
+        {velocities.data(), velocities.data() + velocities.size()});
+  }
+
+  /// None: the robot does not define this. @throws ResetNeeded
+  std::optional<bool> is_healthy(std::size_t index) {
+    const GilFreeLock lock(mutex_);
+    return pool_.episode(index).is_healthy();
+  }
+
   py::list get_states(const std::vector<std::uint32_t>& environments) {
     std::vector<std::vector<std::byte>> states(environments.size());
     {
@@ -189,17 +229,25 @@ class PoolBinding {
   }
 
   py::tuple pickle() {
-    return py::make_tuple(id_, parameters_, options_.num_envs, options_.num_threads,
-                          to_text(options_.autoreset_mode), options_.batch_size, get_states(all()));
+    return py::make_tuple(version(), engine_of(pool_.specification()), id_, parameters_,
+                          options_.num_envs, options_.num_threads, to_text(options_.autoreset_mode),
+                          options_.batch_size, get_states(all()));
   }
 
+  /// @throws ValueError if another version or engine pickled it, or as `set_states`
   static std::unique_ptr<PoolBinding> unpickle(const py::tuple& state) {
-    constexpr std::size_t kFields = 7;
+    constexpr std::size_t kFields = 9;
     if (state.size() != kFields) throw py::value_error("not a pickled pool");
     auto pool = std::make_unique<PoolBinding>(
-        state[0].cast<std::string>(), state[1].cast<py::dict>(), state[2].cast<std::size_t>(),
-        state[3].cast<std::size_t>(), state[4].cast<std::string>(), state[5].cast<std::size_t>());
-    pool->set_states(pool->all(), state[6].cast<py::list>());
+        state[2].cast<std::string>(), state[3].cast<py::dict>(), state[4].cast<std::size_t>(),
+        state[5].cast<std::size_t>(), state[6].cast<std::string>(), state[7].cast<std::size_t>());
+    const std::string engine = engine_of(pool->pool_.specification());
+    if (state[0].cast<std::string>() != version() || state[1].cast<std::string>() != engine) {
+      throw py::value_error("pickled by walker_sim " + state[0].cast<std::string>() + " on " +
+                            state[1].cast<std::string>() + "; this is walker_sim " + version() +
+                            " on " + engine);
+    }
+    pool->set_states(pool->all(), state[8].cast<py::list>());
     return pool;
   }
 
@@ -300,12 +348,16 @@ void bind_pool(py::module& module) {
   module.def("info_columns", &info_columns);
   py::class_<PoolBinding>(module, "Pool")
       .def(py::init<const std::string&, const py::dict&, std::size_t, std::size_t,
-                    const std::string&, std::size_t>())
+                    const std::string&, std::size_t>(),
+           py::arg("id"), py::arg("parameters"), py::arg("num_envs") = 1,
+           py::arg("num_threads") = 1, py::arg("autoreset_mode") = "disabled",
+           py::arg("batch_size") = 0)
       .def_property_readonly("specification", &PoolBinding::specification)
       .def_property_readonly("num_threads", &PoolBinding::num_threads)
       .def_property_readonly("batch_size", &PoolBinding::batch_size)
       .def("reset", &PoolBinding::reset)
       .def("step_batch", &PoolBinding::step)
+      .def("step", &PoolBinding::step_single)
       .def("step_some", &PoolBinding::step_some)
       .def("final_rows", &PoolBinding::final_rows)
       .def("send", &PoolBinding::send)
@@ -321,6 +373,8 @@ void bind_pool(py::module& module) {
       .def("reset_error", &PoolBinding::reset_error)
       .def("generator_state", &PoolBinding::generator_state)
       .def("set_generator_states", &PoolBinding::set_generator_states)
+      .def("set_coordinates", &PoolBinding::set_coordinates)
+      .def("is_healthy", &PoolBinding::is_healthy)
       .def("get_states", &PoolBinding::get_states)
       .def("set_states", &PoolBinding::set_states)
       .def(py::pickle([](PoolBinding& pool) { return pool.pickle(); }, &PoolBinding::unpickle));

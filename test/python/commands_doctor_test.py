@@ -121,7 +121,7 @@ def digest_of_gymnasium(env_id):
 
 
 def expected_bits(env_id):
-    libm = _core.Environment("Walker2d-v5", {}).specification["engine_version"]
+    libm = _core.Pool("Walker2d-v5", {}).specification["engine_version"]
     variant = "no fma" if "libm: no fma" in libm else "fma"
     return doctor.BITS[variant if env_id in ROBOTS else ""][env_id]
 
@@ -256,12 +256,12 @@ def test_missing_libraries_of_pictures():
 def test_without_avx():
     patch = """
 from walker_sim import _core
-make = _core.Environment
+make = _core.Pool
 def refuse(env_id, parameters):
     if "Bipedal" in env_id:
         return make(env_id, parameters)
     raise RuntimeError("MuJoCo's library needs a processor with AVX; this one does not have it.")
-_core.Environment = refuse
+_core.Pool = refuse
 """
     text, remedy = fault(", ".join(ROBOTS), patch=patch)
     assert text.startswith("MuJoCo's library needs a processor with AVX")

@@ -17,7 +17,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import PolicyFailed, make_policies, shipped_policy
 
 ID = "BipedalWalker-v3"
-SPECIFICATION = _core.Environment(ID, {}).specification
+SPECIFICATION = _core.Pool(ID, {}).specification
 OBSERVATION = np.linspace(-1, 1, 24, dtype=np.float32)
 
 

@@ -10,7 +10,7 @@ from walker_sim import _core
 
 ENV = "Walker2d-v5"  # has info names
 NUM_ENVS = 2
-LOCAL = _core.Environment(ENV, {}).specification
+LOCAL = _core.Pool(ENV, {}).specification
 WIDTH, INFO = len(LOCAL["observation_low"]), len(LOCAL["info_names"])
 
 

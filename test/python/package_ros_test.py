@@ -28,7 +28,7 @@ def test_one_python_imports_everything():
 def test_the_workspaces_engine_is_loaded():
     program = """
 from walker_sim import _core
-_core.Environment("Walker2d-v5", {})
+_core.Pool("Walker2d-v5", {})
 print({line.split()[-1] for line in open("/proc/self/maps") if "libmujoco" in line})
 """
     (library,) = ast.literal_eval(printed(sys.executable, program))

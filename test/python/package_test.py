@@ -47,7 +47,7 @@ def test_registrations_equal_the_cores_and_gymnasiums(env_id):
     ours, theirs = gymnasium.spec(f"walker_sim/{env_id}"), gymnasium.spec(env_id)
     for name in ("max_episode_steps", "reward_threshold", "nondeterministic", "order_enforce"):
         assert getattr(ours, name) == getattr(theirs, name), name
-    core = _core.Environment(env_id, {}).specification
+    core = _core.Pool(env_id, {}).specification
     assert ours.max_episode_steps == core["max_episode_steps"]
     # The core represents None as NaN.
     assert repr(float(ours.reward_threshold or "nan")) == repr(core["reward_threshold"])

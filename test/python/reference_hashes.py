@@ -27,5 +27,5 @@ def documented():
 
 HASHES, HASHES_WITHOUT_FMA = documented()
 STEPS = min(HASHES)
-if libm_of(_core.Environment("Walker2d-v5", {}).specification["engine_version"]) == "no fma":
+if libm_of(_core.Pool("Walker2d-v5", {}).specification["engine_version"]) == "no fma":
     HASHES = {steps: {**HASHES[steps], **HASHES_WITHOUT_FMA[steps]} for steps in HASHES}

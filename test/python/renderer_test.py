@@ -12,9 +12,14 @@ SEEDED = (1, 2, 3, 5, 0, 0)  # a generator's state
 
 
 def begun(env_id, **parameters):
-    environment = _core.Environment(env_id, parameters)
-    environment.reset(SEEDED, *arrays(environment))
+    environment = _core.Pool(env_id, parameters)
+    begin(environment)
     return environment
+
+
+def begin(environment):
+    environment.set_generator_states({0: SEEDED})
+    environment.reset([], *arrays(environment))
 
 
 def arrays(environment):
@@ -44,12 +49,12 @@ def test_the_camera_is_known_before_the_first_picture(env_id):
 def test_a_picture_depends_on_its_capture_alone(env_id):
     environment = begun(env_id)
     renderer = _core.Renderer(env_id, {}, {})
-    captures = [environment.capture()]
+    captures = [environment.capture(0)]
     for action in random_actions(env_id, 12).astype(float):
         environment.step(action, *arrays(environment))
-        captures.append(environment.capture())
+        captures.append(environment.capture(0))
     assert [captured.step for captured in captures] == [*range(13)]
-    assert pickle.loads(pickle.dumps(environment)).capture().step == 12
+    assert pickle.loads(pickle.dumps(environment)).capture(0).step == 12
     pictures = [drawn(renderer, captured) for captured in captures]
     for before, after in zip(pictures[::4], pictures[4::4]):
         assert not np.array_equal(before, after)
@@ -73,7 +78,7 @@ def test_walkers_in_flight_are_not_captured():
     environment = begun(env_id)
     environment.step(action[0], *arrays(environment))
     renderer = _core.Renderer(env_id, {}, {})
-    assert np.array_equal(drawn(renderer, pool.capture(1)), drawn(renderer, environment.capture()))
+    assert np.array_equal(drawn(renderer, pool.capture(1)), drawn(renderer, environment.capture(0)))
 
 
 def test_invalid_arguments():
@@ -81,7 +86,7 @@ def test_invalid_arguments():
     with pytest.raises(ValueError, match="environment 7"):
         _core.Pool(env_id, {}, 1, 1, "next_step", 0).capture(7)
     renderer = _core.Renderer(env_id, {}, {})
-    captured = begun(env_id).capture()
+    captured = begun(env_id).capture(0)
     with pytest.raises(ValueError, match="rgb has 12 values; must have 720000"):
         renderer.render(captured, np.empty((2, 2, 3), np.uint8), None)
     with pytest.raises(TypeError, match="rgb: must be a C-contiguous array of uint8"):
@@ -112,7 +117,7 @@ def test_pictures_in_other_threads_change_no_trajectory(env_id):
     def draw(index):
         try:
             while not has_ended.is_set():
-                drawn(renderer, environment.capture())
+                drawn(renderer, environment.capture(0))
                 counts[index] += 1
         except Exception as error:
             failures.append(error)
@@ -122,7 +127,7 @@ def test_pictures_in_other_threads_change_no_trajectory(env_id):
         thread.start()
     watched = [walk(environment, actions)]
     while min(counts) < 3 and not failures:
-        environment.reset(SEEDED, *arrays(environment))
+        begin(environment)
         watched.append(walk(environment, actions))
     has_ended.set()
     for thread in threads:
@@ -139,13 +144,13 @@ def test_other_threads_run_while_a_picture_is_drawn():
     is_drawing, is_drawn = threading.Event(), threading.Event()
 
     def draw():
-        captured = environment.capture()
+        captured = environment.capture(0)
         is_drawing.set()
         renderer.render(captured, picture, None)
         is_drawn.set()
 
     def steps_meanwhile():
-        environment.reset(SEEDED, *arrays(environment))
+        begin(environment)
         is_drawing.clear()
         is_drawn.clear()
         thread = threading.Thread(target=draw)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any, Mapping, Union, cast
+from typing import Any, Mapping, cast
 
 import gymnasium
 import numpy as np
@@ -14,34 +14,8 @@ from walker_sim.arguments import refuse_unknown, to_action, to_coordinates
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import ALL_MODES, Picture, Pictures, metadata_of, split_keywords
 from walker_sim.transport import ServerAddress, State, attributes_of, by_name, spaces_of
+from walker_sim.walkers import make_single
 from walker_sim.worlds import AnyWorld, World, to_world
-
-if TYPE_CHECKING:
-    from walker_sim.in_process import InProcessWalker
-    from walker_sim.over_ros import RemoteWalker
-
-    Walker = Union[InProcessWalker, RemoteWalker]
-
-
-def make_walker(
-    env_id: str, address: ServerAddress, max_episode_steps: int | None, parameters: dict[str, Any]
-) -> Walker:
-    """Makes a walker in process, or connects to a server and compares it with the arguments."""
-    if not address.is_remote():
-        from walker_sim.in_process import InProcessWalker
-
-        limit = 0 if max_episode_steps in (None, -1) else max_episode_steps
-        return InProcessWalker(env_id, {**parameters, "max_episode_steps": limit})
-    from walker_sim.over_ros import ANY, RemoteWalker, limit_of_make
-
-    takes_any_limit = False
-    if max_episode_steps is None:
-        max_episode_steps = limit_of_make(WalkerEnv)
-        takes_any_limit = max_episode_steps == ANY
-    if max_episode_steps is not None and not takes_any_limit:
-        limit = 0 if max_episode_steps == -1 else max_episode_steps
-        parameters = {**parameters, "max_episode_steps": limit}
-    return RemoteWalker(env_id, parameters, address, takes_any_limit=takes_any_limit)
 
 
 class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
@@ -119,10 +93,10 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self.render_mode = render_mode
         self._transport = transport
         address = ServerAddress(transport, server, master_uri, timeout, spin_us)
-        self._walker = make_walker(env_id, address, max_episode_steps, parameters)
+        self._walkers = make_single(WalkerEnv, env_id, address, max_episode_steps, parameters)
         if world is not None:
-            self._walker.set_world(ranges)
-        specification = self._walker.specification
+            self._walkers.set_world([0], [ranges])
+        specification = self._walkers.specification
         self._pictures = Pictures(env_id, parameters, render_mode, camera, specification["dt"])
         self._is_closed = False
         self.observation_space, self.action_space = spaces_of(specification)
@@ -135,7 +109,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def dt(self) -> float:
         """Simulation time of one step [s]."""
-        return float(self._walker.specification["dt"])
+        return float(self._walkers.specification["dt"])
 
     @property
     def hardcore(self) -> bool:
@@ -150,7 +124,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
     @property
     def world(self) -> World:
         """World of the resets to come: a pair (low, high) by parameter name; empty: Gymnasium's."""
-        return self._walker.world
+        return self._walkers.worlds()[0]
 
     def set_world(self, world: AnyWorld) -> None:
         """Sets the world from the next reset on.
@@ -169,17 +143,17 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             If the walker cannot apply the world. Names the parameter, its value and what is
             allowed. Nothing has changed.
         """
-        self._walker.set_world(to_world(self.env_id, world))
+        self._walkers.set_world([0], [to_world(self.env_id, world)])
 
     @property
     def is_healthy(self) -> bool:
         """Walker2d, Hopper, in process: whether height and angles are in their healthy ranges.
         Raises `ResetNeeded` before the first reset."""
-        return self._walker.is_healthy
+        return self._walkers.is_healthy
 
     def control_cost(self, action: ArrayLike) -> Any:
         """Walker2d, Hopper: returns the cost that an action subtracts from the reward."""
-        weight = self._walker.specification["parameters"].get("ctrl_cost_weight")
+        weight = self._walkers.specification["parameters"].get("ctrl_cost_weight")
         if weight is None:
             raise AttributeError(f"control_cost: {self.env_id} has no such method")
         return float(weight) * np.sum(np.square(action))  # in the action's precision, as Gymnasium
@@ -235,11 +209,11 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         world = to_world(self.env_id, options["world"]) if options and has_world else None
         super().reset(seed=seed)
         observation, info = state = self._new_state()
-        self._walker.reset(seed, super().np_random, state, world)
+        self._walkers.reset_single(seed, super().np_random, state, world)
         self._is_closed = False
-        self._pictures.begin(self._walker.render)
+        self._pictures.begin(self._walkers.drawer(0))
         infos = by_name(self._info_names, info.tolist())
-        drawn = self._walker.world_values()
+        (drawn,) = self._walkers.world_values([0])
         if drawn:
             infos["world"] = drawn
         return observation, infos
@@ -269,12 +243,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self._require_open("step")
         values = to_action(action, self._action_shape)
         observation, info = state = self._new_state()
-        reward, terminated, truncated, error = self._walker.step(values, state)
+        reward, terminated, truncated, error = self._walkers.step_single(values, state)
         infos = by_name(self._info_names, info.tolist())
         if error:
             infos["error"] = error
         elif self.render_mode == "human":
-            self._pictures.follow(self._walker.render)
+            self._pictures.follow(self._walkers.drawer(0))
         return observation, reward, terminated, truncated, infos
 
     def render(self) -> Picture | None:
@@ -302,7 +276,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             If pygame, or a library that draws the picture, is missing. Names what to install.
         """
         self._require_open("render")
-        return self._pictures.render(self._walker.render)
+        return self._pictures.render(self._walkers.drawer(0))
 
     def get_state(self) -> bytes:
         """Returns the whole state, also within an episode, in a time independent of its length.
@@ -324,7 +298,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             After `close`, until the next reset.
         """
         self._require_open("get_state")
-        return self._walker.get_state(self._np_random)
+        return self._walkers.get_state(self._np_random)
 
     def set_state(self, state: bytes | ArrayLike, qvel: ArrayLike | None = None) -> None:
         """Restores a state, to the bit and independently of the walker's past.
@@ -350,11 +324,11 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         """
         if qvel is not None:
             self._require_open("set_state")
-            self._walker.set_coordinates(
+            self._walkers.set_coordinates(
                 to_coordinates("qpos", state), to_coordinates("qvel", qvel)
             )
             return
-        random = self._walker.set_state(cast(bytes, state))
+        random = self._walkers.set_state(cast(bytes, state))
         if self._transport != "ros":
             self._np_random = random
             self._np_random_seed = None if random is None else -1  # unknown, as after setting it
@@ -370,12 +344,13 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         The next reset reopens the environment: Gymnasium's walkers also work after `close`, and
         environment checkers rely on it.
         """
-        self._walker.close()
+        if self._transport == "ros":
+            self._walkers.close()
         self._pictures.close()
         self._is_closed = True
 
     def _constant(self, name: str) -> Any:
-        attributes = attributes_of(self._walker.specification)
+        attributes = attributes_of(self._walkers.specification)
         if name not in attributes:
             raise AttributeError(f"{name}: {self.env_id} has no such attribute")
         return attributes[name]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Colors, Depths, Specification, State, Walkers
-from walker_sim.worlds import World, WorldValues
+from walker_sim.transport import Batch, Colors, Depths, State, Walkers
+from walker_sim.worlds import World
 
 GeneratorState = Sequence[int]
 """PCG64's state and increment, each as its high and low 64 bits; has_uint32; uinteger."""
@@ -47,72 +47,6 @@ def generator_of(state: GeneratorState) -> np.random.Generator | None:
     return random
 
 
-class InProcessWalker:
-    """One walker in this process. Copies and pickles carry its whole state. Like `RemoteWalker`, it
-    writes observations and infos into the caller's arrays."""
-
-    def __init__(self, env_id: str, parameters: Mapping[str, Any]) -> None:
-        self._environment = _core.Environment(env_id, dict(parameters))
-        self.specification: Specification = self._environment.specification
-
-    def reset(
-        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
-    ) -> None:
-        """Begins an episode from `random`, which the caller has already seeded. `world`: of this
-        and the following episodes; None: the present one."""
-        if world is not None:
-            self.set_world(world)
-        with random.bit_generator.lock:  # NumPy's own draws take it too
-            generator, error = self._environment.reset(generator_state_of(random), *state)
-            set_generator_state(random, generator)
-        if error:
-            raise RuntimeError(error)
-
-    def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
-        """Steps by an action, float32 or float64, shape (action size,). Returns reward, terminated,
-        truncated and the engine's error or an empty text."""
-        return self._environment.step(action, *state)
-
-    def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        """Draws a copy of the state, so that other threads may step the environment meanwhile."""
-        pictures.renderer.render(self._environment.capture(), rgb, depth)
-
-    def set_world(self, world: World) -> None:
-        """Sets the world of the resets to come. On an error, nothing has changed."""
-        self._environment.set_world(world)
-
-    @property
-    def world(self) -> World:
-        """The world of the resets to come."""
-        return self._environment.world
-
-    def world_values(self) -> WorldValues:
-        """Returns what the episode has drawn from its world."""
-        return self._environment.world_values()
-
-    def get_state(self, random: np.random.Generator | None) -> bytes:
-        """Returns the whole state, with `random`, if given, as its generator."""
-        return self._environment.get_state(None if random is None else generator_state_of(random))
-
-    def set_state(self, state: bytes) -> np.random.Generator | None:
-        """Restores a state. Returns its generator; None if it has none yet."""
-        return generator_of(self._environment.set_state(state))
-
-    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        """Sets generalized positions and velocities, shape (n,) each [m, rad, m/s, rad/s]."""
-        self._environment.set_coordinates(qpos, qvel)
-
-    @property
-    def is_healthy(self) -> bool:
-        is_healthy = self._environment.is_healthy
-        if is_healthy is None:
-            raise AttributeError(f"is_healthy: {self.specification['id']} has no such attribute")
-        return is_healthy
-
-    def close(self) -> None:
-        """Does nothing: the environment is freed with this object."""
-
-
 class InProcessWalkers(Walkers):
     """A pool in this process. Copies and pickles carry the whole states of its walkers."""
 
@@ -120,9 +54,9 @@ class InProcessWalkers(Walkers):
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        num_envs: int,
-        num_threads: int,
-        autoreset_mode: str,
+        num_envs: int = 1,
+        num_threads: int = 1,
+        autoreset_mode: str = "disabled",
         batch_size: int = 0,
     ) -> None:
         self._pool = _core.Pool(
@@ -146,6 +80,20 @@ class InProcessWalkers(Walkers):
         rows = self._new_rows(self.num_envs)
         self._pool.reset(environments, *rows)
         return rows
+
+    def reset_single(
+        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
+    ) -> None:
+        """The caller has already seeded `random`."""
+        if world is not None:
+            self.set_world([0], [world])
+        with random.bit_generator.lock:  # NumPy's own draws take it too
+            self._pool.set_generator_states({0: generator_state_of(random)})
+            self._pool.reset([], *state)
+            set_generator_state(random, self._pool.generator_state(0))
+        error = self._pool.reset_error(0)
+        if error:
+            raise RuntimeError(error)
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         pictures.renderer.render(self._pool.capture(environment), rgb, depth)
@@ -199,8 +147,28 @@ class InProcessWalkers(Walkers):
         return self
 
     def get_states(self, environments: list[int]) -> list[bytes]:
-        """Returns these walkers' states, each in the format of `InProcessWalker.get_state`."""
+        """Returns these walkers' whole states."""
         return self._pool.get_states(environments)
+
+    def get_state(self, random: np.random.Generator | None) -> bytes:
+        """The state has `random`, if given, as its generator."""
+        if random is not None:
+            self._pool.set_generator_states({0: generator_state_of(random)})
+        return self._pool.get_states([0])[0]
+
+    def set_state(self, state: bytes) -> np.random.Generator | None:
+        self._pool.set_states([0], [state])
+        return generator_of(self._pool.generator_state(0))
+
+    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        self._pool.set_coordinates(0, qpos, qvel)
+
+    @property
+    def is_healthy(self) -> bool:
+        is_healthy = self._pool.is_healthy(0)
+        if is_healthy is None:
+            raise AttributeError(f"is_healthy: {self.specification['id']} has no such attribute")
+        return is_healthy
 
     def set_states(self, environments: list[int], states: Sequence[bytes]) -> None:
         """Restores these walkers' states. On an error, no walker has changed."""

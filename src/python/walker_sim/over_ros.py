@@ -18,7 +18,7 @@ from walker_sim.arguments import to_count
 from walker_sim.errors import ServerMismatch
 from walker_sim.rendering import Pictures
 from walker_sim.transport import Batch, Colors, Depths, ServerAddress, Specification, State, Walkers
-from walker_sim.worlds import World, WorldValues
+from walker_sim.worlds import World
 
 ANY = -1
 """The limit is unspecified: any limit of the server is accepted."""
@@ -176,63 +176,6 @@ class Connection:
             self.open()
 
 
-class RemoteWalker(Connection):
-    """The only walker of a server in lock-step. A copy is another connection to the server."""
-
-    def reset(
-        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
-    ) -> None:
-        """Begins an episode, in the world of this connection. Without a seed the server's generator
-        continues; ignores `random`. `world` replaces that of this connection."""
-        if world is None:
-            world = self._worlds.get(0)
-        self.open().reset(seed, *state, world)
-        if world is not None:
-            self._worlds[0] = world
-
-    def step(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
-        return self.client.step(action, *state)
-
-    def set_world(self, world: World) -> None:
-        """Sets the world that each reset requests, from the next one on."""
-        self.open().check_worlds([world])
-        self._worlds[0] = world
-
-    @property
-    def world(self) -> World:
-        """The world of the resets to come."""
-        return self.world_of(0)
-
-    def world_values(self) -> WorldValues:
-        """Returns what the episode has drawn from its world; empty in Gymnasium's."""
-        return self.client.world_values([0])[0]
-
-    def render(self, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        self.client.render(0, pictures.camera_parameters, rgb, depth)
-
-    def get_state(self, random: np.random.Generator | None) -> bytes:
-        """Returns the server's record of the episode; ignores `random`."""
-        return self.client.snapshot()
-
-    def set_state(self, state: bytes) -> np.random.Generator | None:
-        """Lets the server replay a record. Returns None: the server has the generator."""
-        self.open().restore(state)
-        return None
-
-    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        raise AttributeError(
-            'set_state(qpos, qvel): not over ROS; only with transport="inprocess". Over ROS '
-            "set_state takes a result of get_state"
-        )
-
-    @property
-    def is_healthy(self) -> bool:
-        raise AttributeError(
-            'is_healthy: not over ROS; only with transport="inprocess". Over ROS '
-            "a step returns terminated"
-        )
-
-
 class RemoteWalkers(Connection, Walkers):
     """All walkers of a server in lock-step. A copy is another connection to the server."""
 
@@ -240,12 +183,13 @@ class RemoteWalkers(Connection, Walkers):
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        num_envs: int,
-        autoreset_mode: str,
         address: ServerAddress,
+        num_envs: int = 1,
+        takes_any_limit: bool = False,
+        **required: str,
     ) -> None:
         Connection.__init__(
-            self, env_id, parameters, address, num_envs, autoreset_mode=autoreset_mode
+            self, env_id, parameters, address, num_envs, takes_any_limit, **required
         )
         Walkers.__init__(self, self.specification, num_envs)
         self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
@@ -261,6 +205,36 @@ class RemoteWalkers(Connection, Walkers):
         if client is not known and self._worlds:  # also for resets by the server itself
             client.set_world([*self._worlds], [*self._worlds.values()])
         return client
+
+    def reset_single(
+        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
+    ) -> None:
+        if world is None:
+            world = self._worlds.get(0)
+        self.open().reset(seed, *state, world)
+        if world is not None:
+            self._worlds[0] = world
+
+    def get_state(self, random: np.random.Generator | None) -> bytes:
+        return self.client.snapshot()
+
+    def set_state(self, state: bytes) -> np.random.Generator | None:
+        """Lets the server replay a record."""
+        self.open().restore(state)
+        return None
+
+    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        raise AttributeError(
+            'set_state(qpos, qvel): not over ROS; only with transport="inprocess". Over ROS '
+            "set_state takes a result of get_state"
+        )
+
+    @property
+    def is_healthy(self) -> bool:
+        raise AttributeError(
+            'is_healthy: not over ROS; only with transport="inprocess". Over ROS '
+            "a step returns terminated"
+        )
 
     def reset(
         self, environments: list[int], seeds: Sequence[int | None], worlds: Sequence[World] = ()

@@ -16,7 +16,8 @@ from walker_sim.arguments import refuse_unknown, to_actions, to_count, to_indice
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.sb3_env_fns import EnvFns, VecEnvSpec, spec_of
-from walker_sim.transport import ServerAddress, attributes_of, by_name, make_walkers, spaces_of
+from walker_sim.transport import ServerAddress, attributes_of, by_name, spaces_of
+from walker_sim.walkers import make_walkers
 from walker_sim.worlds import AnyWorld, AnyWorlds, to_world, to_worlds
 
 Infos = List[Dict[str, Any]]
@@ -239,7 +240,8 @@ class VecEnv(vec_env.VecEnv):
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
         """In process: returns the whole states of walkers, as `WalkerVectorEnv.get_state`."""
         self._check_open()
-        return self._walkers.pool("get_state").get_states(self._to_indices(indices))
+        states: list[bytes] = self._walkers.pool("get_state").get_states(self._to_indices(indices))
+        return states
 
     def set_state(self, states: Sequence[bytes], indices: VecEnvIndices = None) -> None:
         """In process: restores the states of walkers, as `WalkerVectorEnv.set_state`."""

@@ -15,7 +15,6 @@ from walker_sim import _core
 from walker_sim.worlds import World, WorldValues
 
 if TYPE_CHECKING:
-    from walker_sim.in_process import InProcessWalkers
     from walker_sim.rendering import Draw, Pictures
 
 TRANSPORTS = ("inprocess", "ros")
@@ -105,7 +104,11 @@ class Batch(NamedTuple):
 
 
 class Walkers(ABC):
-    """Several walkers, stepped together."""
+    """One walker, or several that are stepped together.
+
+    A single walker has the methods of one, too: `reset_single`, `step_single`, `get_state`,
+    `set_state`, `set_coordinates` and `is_healthy`. It is not reset at the end of its episode.
+    """
 
     def __init__(self, specification: Specification, num_envs: int) -> None:
         self.specification, self.num_envs = specification, num_envs
@@ -148,9 +151,41 @@ class Walkers(ABC):
         `environments` has the environment of each row."""
         return self._driver.drawn_worlds(environments)
 
-    def pool(self, name: str) -> InProcessWalkers:
+    def pool(self, name: str) -> Any:
         """Returns this object, if it is in process; else raises an AttributeError with `name`."""
         raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
+
+    @abstractmethod
+    def reset_single(
+        self, seed: int | None, random: np.random.Generator, state: State, world: World | None
+    ) -> None:
+        """Begins the walker's episode, and writes its first observation and info into `state`.
+
+        In process it continues `random`, over ROS the server's own generator. `world` is that of
+        this and the following episodes; None: the present one.
+        """
+
+    def step_single(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
+        """Steps the walker by an action, float32 or float64, shape (action size,). Returns reward,
+        terminated, truncated and the engine's error or an empty text."""
+        return self._driver.step(action, *state)
+
+    @abstractmethod
+    def get_state(self, random: np.random.Generator | None) -> bytes:
+        """Returns the walker's state: in process the whole one, over ROS the episode's record."""
+
+    @abstractmethod
+    def set_state(self, state: bytes) -> np.random.Generator | None:
+        """Restores a state. Returns its generator; None if it has none, or a server has it."""
+
+    @abstractmethod
+    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
+        """Sets generalized positions and velocities, shape (n,) each [m, rad, m/s, rad/s]."""
+
+    @property
+    @abstractmethod
+    def is_healthy(self) -> bool:
+        """Whether the walker is healthy; AttributeError if its robot does not define this."""
 
     def step(self, actions: NDArray[Any]) -> Batch:
         """Steps all walkers; `actions` is float32 or float64, shape (n, action size)."""
@@ -200,30 +235,3 @@ class Walkers(ABC):
 def by_name(names: Sequence[str], info: Sequence[float]) -> dict[str, Any]:
     """Returns a row of info as a dictionary, without absent values, which are NaN."""
     return {name: value for name, value in zip(names, info) if not math.isnan(value)}
-
-
-def make_walkers(
-    env_id: str,
-    num_envs: int,
-    autoreset_mode: str,
-    parameters: dict[str, Any],
-    address: ServerAddress,
-    num_threads: int = 0,
-    batch_size: int = 0,
-) -> Walkers:
-    """Makes walkers in process, or connects to a server and compares it with the arguments."""
-    if not address.is_remote():
-        from walker_sim.in_process import InProcessWalkers
-
-        return InProcessWalkers(
-            env_id, parameters, num_envs, num_threads, autoreset_mode, batch_size
-        )
-    from walker_sim.over_ros import RemoteWalkers
-
-    for name, value, reason in (
-        ("num_threads", num_threads, "it is the server's parameter"),
-        ("batch_size", batch_size, "all walkers step together"),
-    ):
-        if value:
-            raise ValueError(f"{name} = {value}: over ROS {reason}; must be 0")
-    return RemoteWalkers(env_id, parameters, num_envs, autoreset_mode, address)

@@ -16,8 +16,9 @@ from walker_sim import _core, arguments
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import Draw, Picture, Pictures, metadata_of, split_keywords
-from walker_sim.transport import Batch, ServerAddress, attributes_of, make_walkers, spaces_of
+from walker_sim.transport import Batch, ServerAddress, attributes_of, spaces_of
 from walker_sim.vector_infos import Infos, add_errors, add_finals, add_worlds, to_infos
+from walker_sim.walkers import make_walkers
 from walker_sim.worlds import AnyWorlds, World, to_worlds
 
 try:
@@ -408,7 +409,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def _pool(self, name: str) -> InProcessWalkers:
         self._require_open(name)
-        return self._walkers.pool(name)
+        return cast(InProcessWalkers, self._walkers.pool(name))
 
     def _step_some(self, actions: ArrayLike, env_id: ArrayLike) -> Outcome:
         pool = self._pool("env_id")

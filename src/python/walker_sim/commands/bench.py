@@ -197,7 +197,7 @@ def table(speeds: Speeds) -> list[str]:
 
 
 def _conditions(env_id: str, words: Sequence[str], seconds: float) -> list[str]:
-    specification = _core.Environment(env_id, {}).specification
+    specification = _core.Pool(env_id, {}).specification
     cpuinfo = Path("/proc/cpuinfo")
     model = re.search(r"model name\s*: (.*)", cpuinfo.read_text() if cpuinfo.exists() else "")
     engine = specification["engine"]

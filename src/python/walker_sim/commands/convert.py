@@ -94,7 +94,7 @@ def _to_policy(options: argparse.Namespace) -> int:
     else:
         model = onnx_reader.read_onnx(options.model, sizes.values())
     env_id = env_id or model.env_id or _fitting(model.sizes, sizes)
-    specification = _core.Environment(env_id, {}).specification
+    specification = _core.Pool(env_id, {}).specification
     policy = models.to_policy(model, env_id, specification, options.normalization)
     content = to_bytes(policy)
     network = _core.Policy.from_bytes(os.fsencode(options.model), content)
@@ -113,7 +113,7 @@ def _to_onnx(options: argparse.Namespace) -> int:
         if getattr(options, name) is not None:
             raise InputError(f"--{name}: not allowed with {options.model}, which contains it")
     policy = read_policy(options.model)
-    dtype = _core.Environment(policy.env_id, {}).specification["observation_dtype"]
+    dtype = _core.Pool(policy.env_id, {}).specification["observation_dtype"]
     model = onnx_file.to_model(policy, dtype)
     evaluator, act = onnx_file.load_onnx(model, "observation", "action")
     # Half of them are as wide as those of an episode. The others are so wide that some are clipped,
@@ -153,7 +153,7 @@ def max_difference(
 
 def _sizes_of(env_id: str) -> tuple[int, int]:
     """Returns the sizes of observations and actions."""
-    specification = _core.Environment(env_id, {}).specification
+    specification = _core.Pool(env_id, {}).specification
     return len(specification["observation_low"]), len(specification["action_low"])
 
 

@@ -202,20 +202,21 @@ def play(env_id: str) -> tuple[dict[str, Any], str]:
 
     from walker_sim import _core
 
-    environment = _core.Environment(env_id, {})
+    walker = _core.Pool(env_id, {})
     agent = _core.Agent("heuristic", env_id, {}, SEED)
-    specification = environment.specification
+    specification = walker.specification
     dtype = specification["observation_dtype"]
     observation = np.zeros(len(specification["observation_low"]), dtype)
     info = np.zeros(len(specification["info_names"]))
     action = np.zeros(len(specification["action_low"]))
     start: Any = np.random.PCG64(SEED).state["state"]
     generator = *divmod(start["state"], 1 << 64), *divmod(start["inc"], 1 << 64), 0, 0
-    environment.reset(generator, observation, info)
+    walker.set_generator_states({0: generator})
+    walker.reset([], observation, info)
     bits = hashlib.sha256(observation.tobytes())
     for _ in range(STEPS):
         agent.act(observation.astype(np.float64), action)
-        reward, *ends, error = environment.step(action, observation, info)
+        reward, *ends, error = walker.step(action, observation, info)
         if error:
             raise RuntimeError(error)
         bits.update(observation.tobytes() + np.float64(reward).tobytes() + bytes(ends))

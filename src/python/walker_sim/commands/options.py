@@ -10,7 +10,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Sequence
 
-from walker_sim import _core, transport
+import walker_sim.walkers
+from walker_sim import _core
 from walker_sim.commands import InputError as InputError
 from walker_sim.commands import Parser as Parser
 from walker_sim.registration import without_namespace
@@ -202,36 +203,6 @@ def _seeds(text: str) -> list[int]:
     return seeds
 
 
-def read_value(text: str, default: Any) -> Any:
-    """Parses a parameter's value as the type of its default.
-
-    Returns an invalid text unchanged: the core's error then names the parameter.
-    """
-    try:
-        if isinstance(default, bool):
-            return {"true": True, "false": False}.get(text, text)
-        if isinstance(default, int) and re.fullmatch(r"[+-]?[0-9]+", text, re.ASCII):
-            return int(text)
-        if isinstance(default, float):
-            return _to_number(text)
-        if isinstance(default, list) and text.startswith("[") and text.endswith("]"):
-            parts = text[1:-1].split(",") if text[1:-1] else []
-            return [_to_number(part.strip(" ")) for part in parts]
-    except ValueError:
-        pass
-    return text
-
-
-def _to_number(text: str) -> float:
-    """Parses a number in YAML's syntax, e.g. `.inf`; ValueError if invalid or too large."""
-    if text in (".inf", "-.inf"):
-        return float(text.replace(".", ""))
-    value = float(text)
-    if math.isinf(value) or not text.isascii() or "_" in text or text != text.strip():
-        raise ValueError(text)
-    return value
-
-
 def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
     """Parses ID and NAME=VALUE. Returns the id without its namespace, and the parameters."""
     ids = [word for word in words if "=" not in word]
@@ -244,13 +215,10 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
         raise InputError(str(error)) from error
     if env_id not in _core.ids():
         raise InputError(f"ID = {ids[0]}: must be one of {', '.join(_core.ids())}")
-    known = (*_core.parameters_of(env_id), *_core.camera_parameters_of(env_id))
-    defaults = {one["name"]: one["default"] for one in known}
-    parameters: dict[str, Any] = {}
-    for name, _, text in (word.partition("=") for word in words if "=" in word):
-        if name in parameters:
-            raise InputError(f"parameter {name}: given twice")
-        parameters[name] = read_value(text, defaults.get(name))
+    try:
+        parameters = _core.parse_assignments(env_id, [word for word in words if "=" in word])
+    except ValueError as error:
+        raise InputError(str(error)) from error
     return env_id, parameters
 
 
@@ -276,7 +244,7 @@ def make_walkers(
         count = min(num_envs or (1 if reuses else DEFAULT_NUM_ENVS), max_envs)
     try:
         world = to_world(env_id, options.world)
-        walkers = transport.make_walkers(
+        walkers = walker_sim.walkers.make_walkers(
             *(env_id, count, "next_step", parameters),
             ServerAddress(options.transport, options.server),
             options.num_threads or 0,

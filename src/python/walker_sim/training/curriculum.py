@@ -46,11 +46,11 @@ class Curriculum:
         world: Mapping[str, tuple[float, float]],
         growth: Mapping[str, Any],
     ) -> None:
-        walker = _core.Environment(env_id, dict(parameters))
+        walker = _core.Pool(env_id, dict(parameters))
 
         def is_allowed(name: str, value: float) -> bool:
             try:
-                walker.set_world({**world, name: (value, value)})
+                walker.set_world([], [{**world, name: (value, value)}])
             except ValueError:  # for example of a delay of less than half a step
                 return False
             return True
@@ -62,7 +62,7 @@ class Curriculum:
             name: _closest(ABSENT.get(name, known[name]["default"]), low, high)
             for name, (low, high) in world.items()
         }
-        walker.set_world({name: (begin, begin) for name, begin in self._begin.items()})
+        walker.set_world([], [{name: (begin, begin) for name, begin in self._begin.items()}])
         self._ends: list[tuple[str, int]] = []
         self._values: list[list[float]] = []  # of each end, on its way
         for name, range_ in world.items():

@@ -94,7 +94,7 @@ class Stage(ABC):
         for each in map(settings.stage, range(index, settings.num_stages)):
             # A mistake in a later stage is reported now, not after hours.
             parameters, world, growth = each.parameters, each.world, each.curriculum
-            _core.Environment(env_id, dict(parameters)).set_world(dict(world))
+            _core.Pool(env_id, dict(parameters)).set_world([], [dict(world)])
             curricula.append(Curriculum(env_id, parameters, world, growth) if growth else None)
             if each.start is not None:
                 self._read(each.start, each)
