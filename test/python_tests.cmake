@@ -11,7 +11,6 @@ set(short_suites
   repository_test
   python/answers_test
   python/bad_input_test
-  python/bits_ros_test
   python/environment_test
   python/environment_threads_test
   python/keywords_test
@@ -20,10 +19,10 @@ set(short_suites
   python/promises_test
   python/recorded_pictures_test
   python/refusals_ros_test
+  python/vector_arguments_test
   python/vector_environment_test
   python/worlds_ros_test
-  python/worlds_test
-  python/worlds_vector_test)
+  python/worlds_test)
 # Each takes about a minute. They start early, so that none runs alone at the end.
 set(slow_suites bench/bench_test robots/bipedal_walker/episodes_gymnasium_test
   robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test

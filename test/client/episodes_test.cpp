@@ -1,5 +1,5 @@
-// Two clients of a real server, and step_many, which Python does not call. python/bits_ros_test
-// compares the client's other calls with the core, lockstep_test.py ~step_many with ~step.
+// Two clients of a real server, and step_many, which Python does not call. test/promises compares
+// the client's other calls with the core, lockstep_test.py ~step_many with ~step.
 #include <gtest/gtest.h>
 
 #include <chrono>

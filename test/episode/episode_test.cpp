@@ -163,6 +163,26 @@ TEST_F(EpisodeTest, ContinuesFromAGivenGeneratorState) {
       << "an increment is odd";
 }
 
+TEST(EpisodeInAWorld, ObservesFromTheStateThatIsSet) {
+  const auto episode = make_episode("Walker2d-v5");
+  episode->set_world(World{{"observation_delay", {0.024, 0.024}}});
+  episode->reset(1);
+  const std::vector<double> action(6, 0.1);
+  for (int i = 0; i < 5; ++i) episode->step(action);
+  std::vector<double> position(9, 0);
+  position[1] = 1.5;
+  episode->set_coordinates(position, std::vector<double>(9, 0));
+  const std::vector<double> first = episode->state().observation;
+  EXPECT_EQ(first[0], 1.5);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(episode->state().observation, first) << i;
+    episode->step(action);
+  }
+  EXPECT_EQ(episode->state().observation, first);
+  episode->step(action);
+  EXPECT_NE(episode->state().observation, first);
+}
+
 std::string refusal(const EpisodeRecord& record, const Specification& specification) {
   return message_of<std::invalid_argument>([&] { check_repeatable(record, specification); });
 }

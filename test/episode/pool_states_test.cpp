@@ -1,65 +1,17 @@
-// Pools continue saved states bit by bit, whether a pool or a single environment saved them.
+// Saved states of pools: whose rows and worlds they replace, and how they are refused.
+// test/promises shows that they continue.
 #include <gtest/gtest.h>
 
 #include <random>
 #include <string>
-#include <tuple>
 
 #include "episode/fake_walker.h"
 #include "episode/rollout.h"
 #include "error_message.h"
-#include "kernel_variable.h"
 #include "saved_states.h"
-#include "test_name.h"
 
 namespace walker {
 namespace {
-
-class PoolStatesTest
-    : public testing::TestWithParam<std::tuple<std::string, const char*, AutoresetMode>> {
- protected:
-  static constexpr std::size_t kCount = 19;  // not a multiple of the number of lanes
-};
-
-TEST_P(PoolStatesTest, ContinueAlike) {
-  const auto& [id, kernel, mode] = GetParam();
-  const KernelVariable variable(kernel);
-  Rollout original(id, {kCount, 2, mode, 0});
-  Rollout other(id, {kCount, 1, mode, 0});
-  std::mt19937 random(1);
-  original.reset(0);
-  other.reset(100);
-  other.play(random, 20);
-  for (const int num_steps : {0, 70}) {
-    original.play(random, num_steps);
-    const std::vector<State> states = original.save();
-    ASSERT_EQ(original.save(), states);
-    other.pool.load_states({}, states, other.arrays.batch());
-    ASSERT_EQ(other.save(), states);
-    ASSERT_EQ(to_bits(other.arrays.observations), to_bits(original.arrays.observations));
-    ASSERT_EQ(other.arrays.steps, original.arrays.steps);
-    std::mt19937 same = random;
-    for (int step = 0; step < 80; ++step) {
-      original.step(random);
-      other.step(same);
-      for (std::size_t i = 0; i < kCount; ++i) {
-        ASSERT_EQ(other.row(i), original.row(i)) << "environment " << i << ", step " << step;
-      }
-    }
-    ASSERT_EQ(other.save(), original.save());
-  }
-}
-
-std::string name_of(const testing::TestParamInfo<PoolStatesTest::ParamType>& info) {
-  const auto& [id, kernel, mode] = info.param;
-  return test_name(id) + "_" + (kernel == nullptr ? "kernel" : kernel) + "_" + to_text(mode);
-}
-
-INSTANTIATE_TEST_SUITE_P(Pools, PoolStatesTest,
-                         testing::Combine(testing::ValuesIn(all_ids()),
-                                          testing::Values(nullptr, "off"),
-                                          testing::ValuesIn(kModes)),
-                         name_of);
 
 PoolOptions options_of(std::size_t num_envs) { return {num_envs, 1, AutoresetMode::next_step, 0}; }
 
@@ -74,9 +26,6 @@ TEST(PoolStates, EqualThoseOfSingleEnvironments) {
   rollout.pool.load_states({2}, {save(single)}, rollout.arrays.batch());
   EXPECT_EQ(rollout.row(0), first) << "others' rows stay";
   EXPECT_EQ(rollout.arrays.steps[2], 1U);
-  const std::vector<double> actions(18, 0.5);
-  rollout.pool.step(actions.data(), actions.size(), rollout.arrays.batch());
-  single.step(action);
   const auto* const row = &rollout.arrays.observations[2 * single.observation.size()];
   EXPECT_EQ(to_bits({row, row + single.observation.size()}), to_bits(single.observation));
   EXPECT_EQ(to_bits(rollout.arrays.rewards[2]), to_bits(single.result.reward));
@@ -85,6 +34,34 @@ TEST(PoolStates, EqualThoseOfSingleEnvironments) {
   EXPECT_EQ(state, save(single));
   load(single, state);
   EXPECT_EQ(save(single), state);
+}
+
+/// Each walker had another kind of world: Gymnasium's, one with effects, or one with a level.
+TEST(PoolStates, ReplaceTheWorld) {
+  const std::vector<World> worlds{{}, load_world("noisy"), {{"ground_roughness", {1, 2}}}};
+  for (const char* id : {"BipedalWalker-v3", "Walker2d-v5"}) {
+    const Parameters parameters{{"max_episode_steps", std::int64_t{60}}};
+    Rollout original(id, options_of(3), parameters);
+    Rollout other(id, options_of(3), parameters);
+    original.pool.set_world({}, worlds);
+    other.pool.set_world({}, {worlds[1], worlds[2], worlds[0]});
+    original.reset(1);
+    other.reset(7);
+    std::mt19937 random(1);
+    original.play(random, 9);
+    other.play(random, 9);
+    other.pool.load_states({}, original.save(), {});
+    EXPECT_EQ(other.save(), original.save());
+    std::mt19937 same = random;
+    for (int step = 0; step < 150; ++step) {
+      original.step(random);
+      other.step(same);
+      for (std::size_t i = 0; i < worlds.size(); ++i) {
+        ASSERT_EQ(other.row(i), original.row(i)) << id << " " << i << ", step " << step;
+      }
+    }
+    for (const std::uint32_t episode : original.arrays.episodes) EXPECT_GT(episode, 1U);
+  }
 }
 
 TEST(PoolStates, ChangeNothingIfRejected) {

@@ -1,4 +1,4 @@
-// A pool's calls and errors, with fake environments and two threads.
+// A pool's calls and errors, with fake environments and two threads. Worlds need real ones.
 #include "walker_sim/pool.h"
 
 #include <gtest/gtest.h>
@@ -492,6 +492,24 @@ TEST_F(PoolTest, EndsWithEnvironmentsUnderWay) {
     reset();
     send({0, 1, 2});
   }
+}
+
+TEST(PoolWorlds, AreRefusedTogether) {
+  Pool pool([] { return make("Walker2d-v5"); }, {3, 1, AutoresetMode::next_step, 0});
+  pool.set_world({}, {load_world("moon")});
+  const World unknown{{"wind", {1, 1}}};
+  EXPECT_NE(message_of<std::invalid_argument>([&] {
+              pool.set_world({}, {World{}, World{}, unknown});
+            }).find("world parameter wind = 1.0: unknown"),
+            std::string::npos);
+  EXPECT_EQ(message_of<std::invalid_argument>([&] {
+              pool.set_world({}, {World{}, World{}});
+            }),
+            "2 worlds; must be 1, or 3 as the environments");
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(pool.environment(i).world(), load_world("moon"));
+  pool.set_world({1}, {World{}});
+  EXPECT_EQ(pool.environment(1).world(), World{});
+  EXPECT_EQ(pool.environment(2).world(), load_world("moon"));
 }
 
 }  // namespace

@@ -18,12 +18,6 @@ namespace walker {
 constexpr AutoresetMode kModes[] = {AutoresetMode::next_step, AutoresetMode::same_step,
                                     AutoresetMode::disabled};
 
-inline std::vector<std::string> all_ids() {
-  std::vector<std::string> ids;
-  for (const Registration& registration : registrations()) ids.push_back(registration.id);
-  return ids;
-}
-
 struct PoolArrays {
   /// Fills the arrays with values that no environment produces.
   PoolArrays(const Specification& specification, std::size_t count)

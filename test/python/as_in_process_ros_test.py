@@ -1,4 +1,7 @@
-"""Over ROS as in process: pictures, saved states, check_env, another locale."""
+"""Over ROS as in process: types, infos, pictures, saved states, check_env, another locale.
+
+promises_ros_test.py compares the bits of all ids.
+"""
 
 import locale
 import re
@@ -10,24 +13,120 @@ import pytest
 import walker_sim
 from gymnasium.utils.env_checker import check_env
 from walker_sim import WalkerEnv
-from walkers import IDS, assert_same, follow, make_many, make_ours, random_actions, through_pickle
+from walkers import (
+    IDS,
+    MODES,
+    assert_same,
+    follow,
+    make_many,
+    make_ours,
+    make_reference,
+    overflowing,
+    play_both,
+    random_actions,
+    through_pickle,
+)
 
 
 def make_remote(environment_id, server, **parameters):
     return make_ours(environment_id, transport="ros", server=server, **parameters)
 
 
+# ---------------------------------------------------------------- types and infos
+
+
+@pytest.mark.parametrize(
+    ("environment_id", "keywords"),
+    [
+        *((environment_id, {}) for environment_id in IDS),
+        ("Walker2d-v5", {"include_lidar_in_observation": True}),
+    ],
+)
+def test_spaces_and_types(serve, environment_id, keywords):
+    server, _ = serve(environment_id, **keywords)
+    remote = make_remote(environment_id, server, **keywords)
+    local = make_ours(environment_id, **keywords)
+    assert remote.observation_space == local.observation_space
+    assert remote.action_space == local.action_space
+    assert remote.unwrapped.dt == local.unwrapped.dt
+    assert_same(remote.reset(seed=1), local.reset(seed=1))
+    (action,) = random_actions(environment_id, 1)
+    assert_same(remote.step(action), local.step(action))
+
+
+@pytest.mark.parametrize("environment_id", IDS[:2])
+def test_single_is_gymnasiums(serve, environment_id):
+    """Gymnasium keeps its world between episodes."""
+    server, _ = serve(environment_id, reuse_world="true")
+    remote = make_remote(environment_id, server, reuse_world=True)
+    theirs = make_reference(environment_id)
+    for seed in (0, 7, 2**64 - 1):
+        assert_same(remote.reset(seed=seed), theirs.reset(seed=seed))
+        actions = random_actions(environment_id, 400, seed % 5)
+        assert follow(remote, actions) == follow(theirs, actions)
+
+
+def make_pair(serve, environment_id, num_envs, **options):
+    """Makes vector environments over ROS and in process."""
+    server, _ = serve(environment_id, num_envs=num_envs, **options)
+    remote = make_many(environment_id, num_envs, transport="ros", server=server, **options)
+    return remote, make_many(environment_id, num_envs, **options)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_vectorised(serve, mode):
+    pair = make_pair(serve, "Walker2d-v5", 4, autoreset_mode=mode, max_episode_steps=20)
+    worlds = [None, {"push_interval": (0.1, 0.3), "dropout": 0.1}, "moon", {"gravity": (-20, -5)}]
+    for environments in pair:
+        environments.set_world(worlds)
+    remote, local = pair
+    assert remote.get_attr("world") == local.get_attr("world")
+    changes = {30: (["slippery", None], [0, 3]), 50: ("laggy",)}
+    assert play_both(remote, local, 80, changes).min() > 1
+    mask = np.array([True, False, True, False])
+    reset = {"reset_mask": mask, "world": ["moon", None, None, None]}
+    assert_same(remote.reset(options=reset), local.reset(options=reset))
+    actions = np.zeros(remote.action_space.shape, np.float32)
+    assert_same(remote.step(actions), local.step(actions))
+
+
+def test_one_walker_as_a_batch(serve):
+    remote, local = make_pair(serve, "BipedalWalker-v3", 1, max_episode_steps=10)
+    assert_same(remote.reset(seed=1), local.reset(seed=1))
+    for action in random_actions("BipedalWalker-v3", 25):
+        assert_same(remote.step(action[None]), local.step(action[None]))
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_infos_of_failures(serve, tmp_path, mode):
+    parameters = {**overflowing(tmp_path), "max_episode_steps": 20}
+    remote, local = make_pair(serve, "Walker2d-v5", 20, autoreset_mode=mode, **parameters)
+    result = remote.reset(seed=0)
+    assert_same(result, local.reset(seed=0))
+    failed = result[1]["_error"]
+    assert 0 < failed.sum() < 20
+    actions = np.full((20, 6), 0.5, np.float32)
+    if mode == "disabled":
+        words = f"environment {failed.argmax()}: the simulation failed at its reset; reset first"
+        for environments in (local, remote):
+            with pytest.raises(walker_sim.ResetNeeded, match=words):
+                environments.step(actions)
+        return
+    for number in range(25):
+        assert_same(remote.step(actions), local.step(actions), number)
+
+
 # ---------------------------------------------------------------- pictures
 
-MODES = [
+PICTURES = [
     *((env_id, "rgb_array") for env_id in IDS),
     ("Walker2d-v5", "depth_array"),
     ("Walker2d-v5", "rgbd_tuple"),
 ]
 
 
-@pytest.mark.parametrize(("env_id", "mode"), MODES)
-def test_one_walker(serve, env_id, mode):
+@pytest.mark.parametrize(("env_id", "mode"), PICTURES)
+def test_pictures_of_one_walker(serve, env_id, mode):
     server, _ = serve(env_id)
     here = make_ours(env_id, render_mode=mode)
     there = make_remote(env_id, server, render_mode=mode)
@@ -53,7 +152,7 @@ def test_the_camera_of_the_client_applies(serve):
         assert_same(*pictures)
 
 
-def test_many_walkers(serve):
+def test_pictures_of_many_walkers(serve):
     server, _ = serve("BipedalWalker-v3", num_envs=3, autoreset_mode="next_step")
     here, there = (
         make_many("BipedalWalker-v3", 3, render_mode="rgb_array", **where)
@@ -68,13 +167,13 @@ def test_many_walkers(serve):
     assert_same(there.render(), here.render())
 
 
-def test_refused_calls(serve):
+def test_refused_pictures(serve):
     server, process = serve("BipedalWalker-v3")
     there = WalkerEnv("BipedalWalker-v3", render_mode="rgb_array", transport="ros", server=server)
     with pytest.raises(walker_sim.ResetNeeded, match="render: there is no episode yet; reset fi"):
         there.render()
     there.reset(seed=4)
-    client = there._walker.client
+    client = there._walkers.client
     camera = there._pictures.camera_parameters
     with pytest.raises(IndexError, match=re.escape("environment 1: must be in [0, 0]")):
         client.render(1, camera, np.empty((400, 600, 3), np.uint8), None)
@@ -99,24 +198,14 @@ def test_refused_calls(serve):
 # ---------------------------------------------------------------- saved states
 
 
-@pytest.mark.parametrize("environment_id", IDS)
-def test_a_restored_walker_continues_equally(serve, environment_id):
-    (first, _), (second, _) = serve(environment_id), serve(environment_id)
-    original, other = (make_remote(environment_id, server) for server in (first, second))
-    actions = random_actions(environment_id, 60)
-    local = make_ours(environment_id)
-    for environment in (original, local):
-        environment.reset(seed=5)
-        follow(environment, actions[:8])
-    state = original.unwrapped.get_state()
-    expected = follow(local, actions[8:])
-    other.reset(seed=7)
-    for environment in (original, other):
-        environment.unwrapped.set_state(state)
-        assert follow(environment, actions[8:]) == expected
-        environment.reset(seed=1)
-    original.unwrapped.close()
-    original.unwrapped.set_state(state)
+def test_set_state_opens_a_closed_environment(serve):
+    server, _ = serve("Hopper-v5")
+    environment = make_remote("Hopper-v5", server).unwrapped
+    environment.reset(seed=5)
+    state = environment.get_state()
+    environment.close()
+    environment.set_state(state)
+    environment.step(np.zeros(3))
 
 
 def test_the_end_is_restored(serve):

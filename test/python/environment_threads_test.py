@@ -93,8 +93,10 @@ def in_threads(function, count=4):
 
 
 def test_one_environment_per_thread():
+    worlds = ("pushed", "moon", "slippery", "noisy")
+
     def play(index):
-        environment = WalkerEnv(IDS[index % len(IDS)])
+        environment = WalkerEnv(IDS[index % len(IDS)], world=worlds[index])
         actions = np.random.default_rng(index).uniform(-1, 1, (1500, *environment._action_shape))
         environment.reset(seed=index)
         outcomes = []

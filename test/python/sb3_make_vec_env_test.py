@@ -17,7 +17,7 @@ from walker_sim.sb3 import VecEnv
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
 NUM_ENVS = 4
-LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 12, "Hopper-v5": 12}
+LIMITS = {"BipedalWalker-v3": 90, "Walker2d-v4": 12}
 
 
 def make(kind, env_id="BipedalWalker-v3", **keywords):
@@ -49,9 +49,8 @@ def step_equally(ours, theirs, actions):
     return infos
 
 
-@pytest.mark.parametrize("env_id", LIMITS)
-def test_equals_dummy_vec_env(env_id):
-    ours, theirs = both(env_id)
+def test_equals_dummy_vec_env():
+    ours, theirs = both("Walker2d-v4")
     assert isinstance(ours, VecEnv) and ours.num_envs == NUM_ENVS
     assert ours.render_mode == theirs.render_mode == "rgb_array"
     assert ours.reset().tobytes() == theirs.reset().tobytes()

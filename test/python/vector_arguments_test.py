@@ -1,4 +1,4 @@
-"""WalkerVectorEnv: accepted and rejected arguments, attributes."""
+"""WalkerVectorEnv: accepted and rejected arguments, attributes, worlds."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -8,7 +8,7 @@ import pytest
 import walker_sim
 from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import AutoresetMode
-from walkers import assert_same, make_sync, raises, run_python
+from walkers import assert_same, make_many, make_sync, raises, run_python
 
 BIPEDAL = "walker_sim/BipedalWalker-v3"
 NUM_ENVS = 3
@@ -235,3 +235,91 @@ else:
     raise AssertionError("no error")
 """
     run_python(script)
+
+
+# ---------------------------------------------------------------- worlds
+
+
+def test_the_worlds_of_a_reset():
+    envs = make_many("Walker2d-v5", 4, autoreset_mode="disabled")
+    one = {"gravity": -5}
+    infos = envs.reset(seed=1, options={"world": one})[1]
+    assert infos["world"]["gravity"].tolist() == [-5] * 4 and infos["_world"].all()
+    mask = np.array([False, True, False, True])
+    worlds = [{"gravity": -1}, {"gravity": -2}, {"gravity": -3}, None]
+    infos = envs.reset(options={"reset_mask": mask, "world": worlds})[1]
+    assert infos["world"]["gravity"].tolist() == [0, -2, 0, 0]
+    assert infos["_world"].tolist() == infos["world"]["_gravity"].tolist() == [0, 1, 0, 0]
+    five, two = ({"gravity": (gravity, gravity)} for gravity in (-5.0, -2.0))
+    assert envs.world == (five, two, five, {})
+    infos = envs.reset(options={"reset_mask": mask, "world": {"friction_scale": 0.5}})[1]
+    assert [*infos["world"]] == ["friction_scale", "_friction_scale"]
+    infos = envs.reset()[1]
+    assert infos["world"]["gravity"].tolist() == [-5, 0, -5, 0]
+    assert infos["world"]["friction_scale"].tolist() == [0, 0.5, 0, 0.5]
+    assert infos["world"]["_gravity"].tolist() == [True, False, True, False]
+    assert infos["_world"].all()
+    assert "world" not in envs.reset(options={"world": None})[1]
+
+
+def test_worlds_of_walkers_in_flight():
+    envs = make_many("Hopper-v5", 4, batch_size=2, world="moon")
+    envs.async_reset(seed=1)
+    envs.set_world(None, indices=[])
+    with raises(RuntimeError, "under way"):
+        envs.set_world(None)
+    infos = envs.recv()[4]
+    assert infos["world"]["gravity"].tolist() == [-1.62] * 2
+    envs.set_world("pushed", indices=infos["env_id"])  # of those at rest
+
+
+@pytest.mark.parametrize(
+    ("world", "error", "message"),
+    [
+        ([None] * 2, ValueError, "2 worlds; must be one, or 3, one for each walker"),
+        ([], ValueError, "0 worlds; must be one, or 3, one for each walker"),
+        ([None, "moon", {"wind": 1}], ValueError, "world 2: world parameter wind = 1.0: unknown"),
+        ([None, "moon", {"gravity": "x"}], TypeError, "world 2: world parameter gravity = 'x': "),
+        ([None, 7, None], TypeError, "world 1: world = 7: must be None"),
+        ({"gravity": 1}, ValueError, "world parameter gravity = 1.0: must be in [-50.0, 0.0]"),
+        (7, TypeError, "world = 7: must be None"),
+    ],
+)
+def test_a_refused_world_changes_nothing(world, error, message):
+    with raises(error, message):
+        make_many("Hopper-v5", 3, world=world)
+    envs = make_many("Hopper-v5", 3, world="pushed", autoreset_mode="disabled")
+    envs.reset(seed=1)
+    before = envs.get_state()
+    mask = np.array([True, False, False])
+    for call in (
+        envs.set_world,
+        lambda world: envs.reset(seed=3, options={"world": world}),
+        lambda world: envs.reset(seed=3, options={"world": world, "reset_mask": mask}),
+    ):
+        with raises(error, message):
+            call(world)
+        assert envs.get_state() == before
+        assert envs.np_random_seed == (1, 2, 3)
+
+
+def test_refused_calls_about_worlds():
+    envs = make_many("Hopper-v5", 3)
+    with raises(ValueError, "2 worlds; must be one, or 1, one for each walker"):
+        envs.set_world(["moon", "moon"], indices=[1])
+    envs.set_world("moon", indices=[])
+    envs.set_world([], indices=[])
+    assert envs.world == ({},) * 3
+    with raises(AttributeError, "set_world: the walkers have no methods that can be called"):
+        envs.call("set_world", "moon")
+    with raises(AttributeError, "world: cannot be set; must be np_random"):
+        envs.set_attr("world", "moon")
+    envs.close()
+    with raises(gymnasium.error.ClosedEnvironmentError, "set_world: this environment was closed"):
+        envs.set_world("moon")
+
+
+def test_a_spec_keeps_the_world():
+    expected = {"gravity": (-1.62, -1.62)}, {"gravity": (-9.0, -8.0)}
+    envs = make_many("Hopper-v5", 2, world=["moon", {"gravity": (-9, -8)}])
+    assert envs.world == gymnasium.make_vec(envs.spec).unwrapped.world == expected

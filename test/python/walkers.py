@@ -214,27 +214,35 @@ def set_world(envs, world, indices=None):
         envs.envs[index].unwrapped.set_world(one)
 
 
-def play_both(ours, theirs, num_steps, seed=5, worlds=None):
-    """Compares bits and infos of vector environments at resets, steps, autoresets and masked
-    resets. Returns the numbers of episodes that ended and that the steps began in a world.
+def play_both(ours, theirs, num_steps, worlds=None, step=None):
+    """Compares bits and infos of vector environments of at least four walkers at resets, steps,
+    autoresets and masked resets. Returns the numbers of episodes that terminated and that were
+    truncated.
 
-    `worlds` maps step numbers to arguments of `set_world` after that step.
+    `worlds` maps step numbers to arguments of `set_world` before that step; `step` is called in
+    place of ours.
     """
+    seed, step = 5, step or type(ours).step
     assert_same(ours.reset(seed=seed), theirs.reset(seed=seed))
-    random, num_ended, num_drawn = np.random.default_rng(3), 0, 0
+    random, ends, mask = np.random.default_rng(3), np.zeros(2, int), np.zeros(ours.num_envs, bool)
     for number in range(num_steps):
-        actions = random.uniform(-1.5, 1.5, ours.action_space.shape).astype(np.float32)
-        result = ours.step(actions)
-        assert_same(result, theirs.step(actions), number)
-        num_drawn += result[4].get("_world", np.zeros(1)).sum()
         if worlds and number in worlds:
             for envs in (ours, theirs):
                 set_world(envs, *worlds[number])
-        ended = result[2] | result[3]
-        num_ended += ended.sum()
-        if ours.autoreset_mode.name == "DISABLED" and ended.any():
-            options = {"reset_mask": ended}
-            result = ours.reset(options=options)
-            assert_same(result, theirs.reset(options=dict(options)), number)
-            num_drawn += result[1].get("_world", np.zeros(1)).sum()
-    return num_ended, num_drawn
+        seeds = [None] * ours.num_envs
+        if number % 40 == 17:  # resets two during their episodes, one with a seed
+            mask[[1, 3]], seeds[3] = True, number
+        if mask.any():
+            results = [
+                envs.reset(seed=[*seeds], options={"reset_mask": mask.copy()})
+                for envs in (ours, theirs)
+            ]
+            assert_same(*results, (number, mask))
+        actions = random.uniform(-1.5, 1.5, ours.action_space.shape).astype(np.float32)
+        result = step(ours, actions)
+        assert_same(result, theirs.step(actions), number)
+        ends += [result[2].sum(), result[3].sum()]
+        mask = result[2] | result[3]
+        if ours.autoreset_mode.name != "DISABLED":
+            mask[:] = False
+    return ends

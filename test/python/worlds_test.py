@@ -1,6 +1,5 @@
-"""Worlds of single walkers, through gymnasium.make."""
+"""Worlds of single walkers, through gymnasium.make. promises_test.py has their episodes' bits."""
 
-import copy
 import json
 import pathlib
 import re
@@ -13,7 +12,7 @@ import walker_sim
 import yaml
 from gymnasium.utils.env_checker import check_env
 from walker_sim import WalkerEnv, _core
-from walkers import IDS, ROBOTS, assert_same, follow, make_ours, random_actions, through_pickle
+from walkers import IDS, ROBOTS, assert_same, follow, make_ours, random_actions
 
 COMMON = {
     "gravity": (-11, -8),
@@ -200,21 +199,6 @@ def test_reads_what_yaml_writes(options, pair, tmp_path):
             assert _core.load_world(str(file)) == expected
 
 
-def test_set_world_acts_from_the_next_reset():
-    env, plain = (make_ours("BipedalWalker-v3") for _ in range(2))
-    expected = play(plain, "BipedalWalker-v3")
-    for one in (env, plain):
-        one.reset(seed=9)
-    env.unwrapped.set_world("pushed")
-    for action in random_actions("BipedalWalker-v3", 80, seed=9):
-        observations = [one.step(action)[0].tobytes() for one in (env, plain)]
-        assert observations[0] == observations[1]
-    for _ in range(3):
-        assert 1 <= env.reset()[1]["world"]["push_interval"] <= 3
-    env.unwrapped.set_world(None)
-    assert play(env, "BipedalWalker-v3") == expected, "nothing of the world is left"
-
-
 def test_the_world_of_a_reset_holds_for_the_following():
     env = make_ours("Walker2d-v5", world="moon")
     assert env.reset(seed=1)[1]["world"] == {"gravity": -1.62}
@@ -226,55 +210,6 @@ def test_the_world_of_a_reset_holds_for_the_following():
     assert env.unwrapped.world == {"friction_scale": (0.1, 0.4)}
     assert "world" not in env.reset(options={"world": None})[1]
     assert "world" not in env.reset()[1]
-
-
-def restored(env):
-    """Returns an environment with other worlds before it got the state of `env`."""
-    other = gymnasium.make(env.spec, world="moon")
-    other.reset(seed=7)
-    other.unwrapped.set_world("pushed")
-    other.unwrapped.set_state(env.unwrapped.get_state())
-    return other
-
-
-@pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy, restored])
-@pytest.mark.parametrize("environment_id", IDS)
-def test_copies_continue_to_the_bit(environment_id, copied):
-    env, untouched = (make_ours(environment_id, max_episode_steps=-1) for _ in range(2))
-    for one in (env, untouched):
-        one.reset(seed=3, options={"world": ALL[environment_id]})
-        follow(one, random_actions(environment_id, 7))
-        one.unwrapped.set_world({**ALL[environment_id], "gravity": (-20, -15)})
-    twin = copied(env)
-    assert twin.unwrapped.world == env.unwrapped.world
-    assert twin.unwrapped.get_state() == env.unwrapped.get_state()
-    actions = random_actions(environment_id, 300, seed=1)
-    expected = follow(untouched, actions)
-    assert follow(twin, actions) == expected
-    assert follow(env, actions) == expected
-    drawn = [info["world"]["gravity"] for *_, info in expected if "world" in info]
-    assert drawn and all(-20 <= gravity <= -15 for gravity in drawn)
-
-
-def test_environments_of_a_process_do_not_influence_each_other():
-    worlds = ("hard", {"gravity": (-20, -5), "mass_scale": (0.5, 2)}, None, "noisy", "slippery")
-
-    def make_all():
-        return [make_ours("BipedalWalker-v3", world=world) for world in worlds]
-
-    alone = [play(env, "BipedalWalker-v3") for env in make_all()]
-    envs = make_all()
-    others = [make_ours(name, world="moon") for name in ("Walker2d-v5", "Hopper-v5")]
-    outcomes = []
-    for env in envs:
-        observation, info = env.reset(seed=4)
-        outcomes.append([(observation.tobytes(), info)])
-    for action in random_actions("BipedalWalker-v3", 120, seed=4):
-        for other in others:
-            other.reset()
-        for env, rows in zip(envs, outcomes):
-            rows.extend(follow(env, [action]))
-    assert outcomes == alone
 
 
 @pytest.mark.filterwarnings("ignore")

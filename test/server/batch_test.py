@@ -1,6 +1,6 @@
 """Many environments in one server: the shown environment and failures.
 
-test/python/bits_ros_test.py compares all replies of ~reset_batch and ~step_batch.
+promises_test.py compares all replies of ~reset_batch and ~step_batch.
 """
 
 import rosgraph_msgs.msg

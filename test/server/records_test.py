@@ -1,6 +1,6 @@
 """~snapshot and ~restore: contents, publication and concurrent calls.
 
-test/python/as_in_process_ros_test.py continues episodes of all environments on another server.
+promises_test.py continues episodes of all environments on another server.
 """
 
 import copy

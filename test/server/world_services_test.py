@@ -1,4 +1,7 @@
-"""Worlds over ROS: whose they are, from when on, what was drawn, records, and refusals."""
+"""Worlds over ROS: whose they are, from when on, what was drawn, records, and refusals.
+
+promises_test.py compares episodes in worlds.
+"""
 
 import copy
 import subprocess
@@ -22,13 +25,7 @@ from walker_sim.msg import (
     WorldParameter,
 )
 
-SIZES = {"BipedalWalker-v3": 4, "Walker2d-v5": 6, "Hopper-v5": 3}
-# Something of every kind that each of them has.
-MIXED = "{gravity: [-12, -8], friction_scale: [0.5, 1], push_interval: 0.2, action_delay: [0, 0.1],"
-MIXED += (
-    " action_noise: 0.1, observation_delay: [0, 0.1], joint_position_noise: 0.05, dropout: 0.1}"
-)
-NUM_MIXED = 8
+MIXED = "{gravity: [-12, -8], action_delay: [0, 0.1], observation_delay: [0, 0.1], dropout: 0.1}"
 
 
 def world(preset="", **parameters):
@@ -46,8 +43,8 @@ def values_of(parameters):
 
 
 class WorldServicesTest(ServerTest):
-    def walk(self, count, size=4, seed=1):
-        return self.play(random_actions(size, count, seed))
+    def walk(self, count, seed=1):
+        return self.play(random_actions(4, count, seed))
 
     def reset(self, seed=3, wanted=None):
         return self.ask("reset", has_seed=True, seed=seed, world=wanted or World())
@@ -66,17 +63,12 @@ class WorldServicesTest(ServerTest):
         self.assertIn("success: True", done.stdout)
         self.assertEqual(values_of(self.reset().world), {"gravity": -1.62})
 
-    def test_set_world_acts_from_the_next_reset(self):
+    def test_set_world_is_published_and_acts_from_the_next_reset(self):
         self.serve(mode="lockstep")
         specs = self.record("/spec", EnvironmentSpec)
         episodes = self.record("/episode", Episode)
-        begun = self.reset()
-        self.assertEqual(begun.world, [])
-        played = self.walk(20)
-        self.reset()
-        first = self.walk(10)
+        self.assertEqual(self.reset().world, [])
         self.ask("set_world", worlds=[world(gravity=(-5.0, -3.0), dropout=0.0)])
-        self.assert_same_experiences(first + self.walk_rest(10, 20), played)
         spec = specs.wait(lambda m: m.world.parameters)
         self.assertEqual(ranges_of(spec.world.parameters), {"dropout": (0, 0), "gravity": (-5, -3)})
         self.assertEqual(spec.world.preset, "")
@@ -84,14 +76,12 @@ class WorldServicesTest(ServerTest):
         drawn = values_of(self.reset().world)
         self.assertEqual(drawn["dropout"], 0)
         self.assertTrue(-5 < drawn["gravity"] < -3, drawn)
-        episode = episodes.wait(lambda m: m.episode == 3)
+        episode = episodes.wait(lambda m: m.episode == 2)
         self.assertEqual(values_of(episode.world), drawn)
         self.assertEqual(episodes.wait(lambda m: m.episode == 1).world, [])
-        self.assertFalse(same_experience(self.walk(10)[-1], played[9]))
         self.ask("set_world", worlds=[world("gymnasium")], environments=[0])
         self.assertEqual(specs.wait(lambda m: m.world.preset == "gymnasium").world.parameters, [])
-        self.reset()
-        self.assert_same_experiences(self.walk(20), played)
+        self.assertEqual(self.reset().world, [])
 
     def walk_rest(self, begin, end):
         return self.play(random_actions(4, end)[begin:])
@@ -127,32 +117,26 @@ class WorldServicesTest(ServerTest):
 
     def test_episode_is_repeated_with_its_world(self):
         """By ~restore in a server with another world, and by a reset with the drawn numbers."""
-        for identifier, size in SIZES.items():
-            with self.subTest(identifier):
-                self.serve(mode="lockstep", env=identifier, world=MIXED)
-                records = self.record("/episode_record", EpisodeRecord)
-                begun = self.reset()
-                self.assertEqual(len(values_of(begun.world)), NUM_MIXED)
-                present = self.walk(5, size)[-1]
-                record = self.ask("snapshot").record
-                future = self.walk(300, size, 2)
-                self.reset(4)
-                published = records.wait()
-                for message in (record, published):
-                    self.assertEqual(str(message.episode.world), str(begun.world))
+        self.serve(mode="lockstep", world=MIXED)
+        records = self.record("/episode_record", EpisodeRecord)
+        begun = self.reset()
+        self.assertEqual(len(values_of(begun.world)), 4)
+        self.walk(5)
+        record = self.ask("snapshot").record
+        future = self.walk(40, 2)
+        self.reset(4)
+        for message in (record, records.wait()):
+            self.assertEqual(str(message.episode.world), str(begun.world))
 
-                self.serve(mode="lockstep", env=identifier, world="{gravity: -20}")
-                restored = self.ask("restore", record=record)
-                self.assertTrue(same_experience(restored.transition, present))
-                self.assertEqual(str(restored.world), str(begun.world))
-                self.assert_same_experiences(self.walk(300, size, 2), future)
-                own = values_of(self.reset().world)
-                self.assertEqual(own, {"gravity": -20}, "a restore leaves the server's own")
-                numbers = self.reset(wanted=World("", begun.world))
-                self.assertEqual(str(numbers.world), str(begun.world))
-                self.assertTrue(same_experience(numbers.transition, begun.transition))
-                self.assertTrue(same_experience(self.walk(5, size)[-1], present))
-                self.assert_same_experiences(self.walk(300, size, 2), future)
+        self.serve(mode="lockstep", world="{gravity: -20}")
+        restored = self.ask("restore", record=record)
+        self.assertEqual(str(restored.world), str(begun.world))
+        self.assert_same_experiences(self.walk(40, 2), future)
+        own = values_of(self.reset().world)
+        self.assertEqual(own, {"gravity": -20}, "a restore leaves the server's own")
+        numbers = self.reset(wanted=World("", begun.world))
+        self.assertEqual(str(numbers.world), str(begun.world))
+        self.assertTrue(same_experience(numbers.transition, begun.transition))
 
     def test_refusals_change_nothing(self):
         self.serve(mode="lockstep", world="{gravity: -4}")

@@ -93,10 +93,6 @@ TEST_P(EnvironmentTest, SpecificationNamesTheStepper) {
             ", stepped by the library: WALKER_SIM_KERNEL is off");
 }
 
-TEST_P(EnvironmentTest, RandomEpisodesAreTheSame) {
-  compare(GetParam(), {}, 40, 1000, [&](const Stepper&) { return any_action(1); });
-}
-
 TEST_P(EnvironmentTest, EpisodesInAWorldAreTheSame) {
   walker::World world{{"push_interval", {0.1, 0.3}}, {"joint_velocity_noise", {0.1, 0.1}}};
   for (const WorldParameter& parameter : find_registration(GetParam()).world_parameters) {
