@@ -24,7 +24,7 @@ set(short_suites
   python/worlds_ros_test
   python/worlds_test)
 # Each takes about a minute. They start early, so that none runs alone at the end.
-set(slow_suites bench/bench_test robots/bipedal_walker/episodes_gymnasium_test
+set(slow_suites bench/bench_test python/promises_test python/promises_ros_test robots/bipedal_walker/episodes_gymnasium_test
   robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
   robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # stages.cmake runs these in separate virtual environments.
@@ -67,6 +67,9 @@ function(walker_sim_add_suite path)
     list(APPEND tools benchmarks)
   endif()
   walker_sim_label(${name} ${label} ${tools})
+  if(path MATCHES promises)
+    set_tests_properties(${name} PROPERTIES TIMEOUT 1500)
+  endif()
 endfunction()
 
 file(GLOB_RECURSE suites CONFIGURE_DEPENDS

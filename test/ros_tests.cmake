@@ -53,7 +53,7 @@ function(walker_sim_add_rostest path)
   if(path IN_LIST short_rostests)
     set(label "short;devel")
   endif()
-  set(program walker_sim_oracle) # which test/promises asks
+  set(program walker_sim_oracle) # server/promises_test runs it
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test/${path}.cpp)
     set(program ros_tests)
     file(STRINGS test/${path}.cpp own_main REGEX "^int main")
@@ -72,6 +72,9 @@ function(walker_sim_add_rostest path)
     walker_sim_label(install_${name} long ${program})
     set_tests_properties(install_${name} PROPERTIES FIXTURES_REQUIRED install_space)
     list(APPEND tests install_${name})
+  endif()
+  if(path MATCHES promises)
+    set_tests_properties(${tests} PROPERTIES TIMEOUT 1500)
   endif()
   set_tests_properties(${tests} PROPERTIES ENVIRONMENT
     "WALKER_SIM_PROGRAMS=$<TARGET_FILE_DIR:walker_sim_oracle>")

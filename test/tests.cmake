@@ -166,7 +166,7 @@ set_source_files_properties(test/robots/bipedal_walker/kernel/world_words.cpp PR
 target_sources(bipedal_walker_tests PRIVATE test/robots/bipedal_walker/kernel/world_words.cpp)
 set_source_files_properties(test/robots/bipedal_walker/box2d_pinned/swept_vertices_test.cpp PROPERTIES
   SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -fno-access-control)
-if(NOT WALKER_SIM_INSTRUMENT) # this program repeats another test
+if(NOT WALKER_SIM_INSTRUMENT) # ThreadSanitizer also runs promises_test
   include(test/episode/race_test.cmake)
 endif()
 

@@ -94,7 +94,8 @@ class WALKER_SIM_EXPORT Pool {
   /// Steps every environment once, or resets it if a reset is due.
   /// @param actions num_envs x action size, `size` values in total; finite even if ignored
   /// @param on_stepped called in this thread when all are done, and under same_step before the
-  ///                   ended ones are reset, with the rows as under next_step; empty: none
+  ///                   ended ones are reset, with the rows as under next_step; must not step or
+  ///                   reset. If it throws, the next step resets the ended ones. Empty: none
   void step(const double* actions, std::size_t size, const Batch& batch,
             const std::function<void()>& on_stepped = {});
 
@@ -143,8 +144,8 @@ class WALKER_SIM_EXPORT Pool {
   /// @throws std::invalid_argument as `check_world`, or if the number of worlds is wrong
   void set_world(const std::vector<std::uint32_t>& environments, const std::vector<World>& worlds);
 
-  /// Returns an environment. Unless the mode is same_step, it may also be reset, stepped or loaded
-  /// alone.
+  /// Returns an environment, which may also be reset, stepped or loaded alone. Under same_step,
+  /// `error` and `end_reason` are then still those of the pool's last call.
   Environment& environment(std::size_t index);
   // For bindings and servers (src/episode/): the environment as an Episode, and its state after the
   // last step or reset. If same_step has just reset it, that is the ended episode's final state.

@@ -110,6 +110,7 @@ struct Pool::Implementation {
         threads(options.num_envs, options.num_threads, group_size,
                 [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
     std::iota(all.begin(), all.end(), 0U);
+    if (options.autoreset_mode == AutoresetMode::same_step) ended.reserve(options.num_envs);
   }
 
   static std::vector<Slot> make_slots(const std::function<std::unique_ptr<Environment>()>& make,

@@ -181,7 +181,7 @@ class ClientBinding {
     return values;
   }
 
-  /// @return as Environment.step
+  /// @return as Pool.step_single
   std::tuple<double, bool, bool, std::string> step(py::handle action, py::handle observation,
                                                    py::handle info) {
     const Input actions(action, "action");
@@ -464,7 +464,7 @@ void bind_client(py::module& module) {
       .def("set_world", &ClientBinding::set_world)
       .def("world_values", &ClientBinding::world_values)
       .def("drawn_worlds", &ClientBinding::drawn_worlds)
-      .def("step", &ClientBinding::step)
+      .def("step_single", &ClientBinding::step)
       .def("snapshot", &ClientBinding::snapshot)
       .def("restore", &ClientBinding::restore)
       .def("reset_batch", &ClientBinding::reset_batch, py::arg("environments"), py::arg("seeds"),

@@ -75,7 +75,49 @@ class PoolBinding {
     pool_.step(input.data(), input.size(), rows_of(outputs));
   }
 
-  /// Steps the only environment, which is not reset at its end.
+  // Calls for a single environment (row 0) in one lock each, so that threads may share it.
+
+  /// Begins an episode from this state of the generator.
+  /// @return the generator's state afterwards, and the engine's message if it failed, or an empty
+  ///         text
+  std::tuple<GeneratorState, std::string> reset_single(const GeneratorState& generator_state,
+                                                       py::handle observation, py::handle info) {
+    Output observations(observation, "observation", observation_size());
+    Output infos(info, "info", num_infos());
+    const GilFreeLock lock(mutex_);
+    Episode& episode = pool_.episode(0);
+    episode.set_generator_state(generator_state);
+    episode.reset(std::nullopt);
+    const EpisodeState& state = episode.state();
+    observations.write(state.observation.data());
+    infos.write(state.info.data());
+    return {episode.generator_state(), state.error};
+  }
+
+  /// @param generator_state if not None, is set before saving
+  py::bytes get_state(const std::optional<GeneratorState>& generator_state) {
+    std::vector<std::byte> state;
+    {
+      const GilFreeLock lock(mutex_);
+      if (generator_state) pool_.episode(0).set_generator_state(*generator_state);
+      pool_.save_state(0, state);
+    }
+    return to_bytes(state);
+  }
+
+  /// @return the generator's state; all zero: there is none
+  /// @throws ValueError naming the fault, TypeError if the state is not bytes; then nothing has
+  ///         changed
+  GeneratorState set_state(const py::object& given) {
+    const std::vector<std::byte> state = to_state_bytes(given);
+    const GilFreeLock lock(mutex_);
+    Episode& episode = pool_.episode(0);
+    episode.load_state(state.data(), state.size());
+    record_worlds(episode);
+    return episode.generator_state();
+  }
+
+  /// Steps without a reset at the episode's end.
   /// @return reward, terminated, truncated, and the engine's error or an empty text
   std::tuple<double, bool, bool, std::string> step_single(py::handle action, py::handle observation,
                                                           py::handle info) {
@@ -222,10 +264,7 @@ class PoolBinding {
     if (environments.empty() && states.empty()) return;
     const GilFreeLock lock(mutex_);
     pool_.load_states(environments, states, {});
-    for (const std::uint32_t index : environments) {
-      const Episode& episode = pool_.episode(index);
-      has_worlds_ = has_worlds_ || episode.state().world || !episode.world().empty();
-    }
+    for (const std::uint32_t index : environments) record_worlds(pool_.episode(index));
   }
 
   py::tuple pickle() {
@@ -280,6 +319,10 @@ class PoolBinding {
   }
 
  private:
+  void record_worlds(const Episode& episode) {
+    has_worlds_ = has_worlds_ || episode.state().world || !episode.world().empty();
+  }
+
   std::vector<std::uint32_t> all() const {
     std::vector<std::uint32_t> indices(options_.num_envs);
     std::iota(indices.begin(), indices.end(), 0U);
@@ -357,7 +400,10 @@ void bind_pool(py::module& module) {
       .def_property_readonly("batch_size", &PoolBinding::batch_size)
       .def("reset", &PoolBinding::reset)
       .def("step_batch", &PoolBinding::step)
-      .def("step", &PoolBinding::step_single)
+      .def("reset_single", &PoolBinding::reset_single)
+      .def("step_single", &PoolBinding::step_single)
+      .def("get_state", &PoolBinding::get_state)
+      .def("set_state", &PoolBinding::set_state)
       .def("step_some", &PoolBinding::step_some)
       .def("final_rows", &PoolBinding::final_rows)
       .def("send", &PoolBinding::send)

@@ -111,6 +111,7 @@ BatchCalls::BatchCalls(Pool& pool, const ServerOptions& options, Account& accoun
       account_(account),
       all_(pool.options().num_envs) {
   std::iota(all_.begin(), all_.end(), 0U);
+  ended_.reserve(all_.size());
 }
 
 void BatchCalls::reset(const ResetBatch::Request& request, ResetBatch::Response& response) {

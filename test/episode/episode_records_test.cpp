@@ -254,7 +254,9 @@ TEST(EpisodeRecords, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
 
 TEST(EpisodeRecords, TheWorldOfARecordIsThatOfItsEpisodeOnly) {
   Restorable original = simulation_of("Walker2d-v5");
-  original.set_world(load_world("noisy"));
+  World world = load_world("walker2d_rough");
+  world.merge(load_world("noisy"));
+  original.set_world(world);
   original.reset(4);
   play(original, 10, 1);
   Restorable other = simulation_of("Walker2d-v5");
@@ -262,6 +264,7 @@ TEST(EpisodeRecords, TheWorldOfARecordIsThatOfItsEpisodeOnly) {
   other.restore(original.record());
   expect_same_state(other.state(), original.state());
   EXPECT_EQ(other.state().world_values(), original.state().world_values());
+  expect_same_sensors(other.sensors(), original.sensors());
   EXPECT_EQ(other.world(), load_world("moon"));
   other.reset(std::nullopt);
   EXPECT_EQ(other.state().world_values(), (WorldValues{{"gravity", -1.62}}));

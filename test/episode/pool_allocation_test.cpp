@@ -30,9 +30,16 @@ class PoolAllocationTest : public AllocationTest {
 TEST_F(PoolAllocationTest, StepsAndResetsWithoutTheHeap) {
   for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
     make_pool(mode);
+    int calls = 0;
+    const auto count = [&] { ++calls; };
+    const std::function<void()> on_stepped = std::cref(count);
     const Counting counting;
-    for (int i = 0; i < 500; ++i) pool_->step(actions_.data(), actions_.size(), batch_);
+    for (int i = 0; i < 500; ++i) {
+      pool_->step(actions_.data(), actions_.size(), batch_);
+      pool_->step(actions_.data(), actions_.size(), batch_, on_stepped);
+    }
     EXPECT_GT(batch_.episodes[0], 1U);
+    EXPECT_EQ(calls, 500);
   }
   EXPECT_EQ(allocations, 0);
 }

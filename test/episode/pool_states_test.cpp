@@ -50,8 +50,10 @@ TEST(PoolStates, ReplaceTheWorld) {
     std::mt19937 random(1);
     original.play(random, 9);
     other.play(random, 9);
-    other.pool.load_states({}, original.save(), {});
+    other.pool.load_states({}, original.save(), other.arrays.batch());
     EXPECT_EQ(other.save(), original.save());
+    EXPECT_EQ(to_bits(other.arrays.observations), to_bits(original.arrays.observations));
+    EXPECT_EQ(other.arrays.steps, original.arrays.steps);
     std::mt19937 same = random;
     for (int step = 0; step < 150; ++step) {
       original.step(random);

@@ -11,8 +11,7 @@ namespace walker::promises {
 namespace {
 
 int print(const std::string& name, const std::string& when) {
-  const Folder folder;
-  const Scripts all = read_scripts(folder);
+  const Scripts all = read_scripts();
   for (const Case& one : all.cases) {
     if (one.name != name) continue;
     for (const Script& script : all.scripts) {

@@ -1,8 +1,10 @@
 // The oracle of the promises: robots stepped alone by their plain engine, without the episode, the
-// pool, saved states or a kernel.
+// pool, saved states or a kernel. It shares the robots and the effects of worlds with the product.
 #pragma once
 
-#include <cmath>
+#include <algorithm>
+#include <cstddef>
+#include <exception>
 #include <limits>
 #include <memory>
 #include <string>
@@ -17,7 +19,7 @@
 
 namespace walker::promises {
 
-/// One robot with what it has been asked since its last reset. A copy plays that again.
+/// A robot and its calls since the last reset. Copying replays them.
 class Oracle {
  public:
   explicit Oracle(Case one) : case_(std::move(one)) { make_robot(); }
@@ -73,7 +75,7 @@ class Oracle {
   void make_robot() {
     const KernelVariable off("off");
     const Parameters complete =
-        complete_parameters(parameter_descriptions(case_.id), case_.parameters);
+        complete_parameters(parameter_descriptions(case_.id), parameters_of(case_));
     robot_ = find_registration(case_.id).create(case_.id, complete);
     observation.resize(specification().observation_size());
     info.resize(specification().info_names.size());
@@ -139,7 +141,7 @@ class Oracles final : public SingleWalkers {
   void load(std::uint32_t walker, const std::vector<std::byte>& state) override {
     walkers_[walker] = std::make_unique<Oracle>(*saved_.at(state.size() - 1));
   }
-  /// The oracle is asked for what must be answered only.
+  /// Does nothing: a refused call must change nothing.
   void refuse(std::uint32_t /*walker*/, const std::string& /*what*/) override {}
 
  protected:

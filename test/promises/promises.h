@@ -36,6 +36,7 @@ struct Case {
   std::string name;
   std::string id;
   Parameters parameters;
+  std::string model;  // OLD->NEW in the id's MJCF; empty: no change
   std::string level;
 };
 
@@ -50,7 +51,7 @@ struct Script {
   std::vector<Call> calls;
 };
 
-/// What scripts.txt has.
+/// Contents of scripts.txt.
 struct Scripts {
   std::vector<Case> cases;
   std::vector<Script> scripts;
@@ -70,26 +71,31 @@ inline Rows to_rows(const std::string& text) {
   return rows;
 }
 
-/// Writes the id's MJCF with one text replaced. @return its path
-inline std::string write_model(const std::string& change, const Folder& folder) {
+/// Returns the parameters of a case, whose changed model is written once.
+inline Parameters parameters_of(const Case& one) {
+  if (one.model.empty()) return one.parameters;
+  static const Folder kFolder;
   const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
   std::ifstream file(path);
   std::string text{std::istreambuf_iterator<char>(file), {}};
-  const std::size_t arrow = change.find("->");
-  const std::string before = change.substr(0, arrow);
+  const std::size_t arrow = one.model.find("->");
+  const std::string before = one.model.substr(0, arrow);
   const std::size_t place = text.find(before);
   if (place == std::string::npos) throw std::out_of_range(path + " has no " + before);
-  return folder.write("changed.xml", text.replace(place, before.size(), change.substr(arrow + 2)));
+  text.replace(place, before.size(), one.model.substr(arrow + 2));
+  Parameters parameters = one.parameters;
+  parameters["xml_file"] = kFolder.write("changed.xml", text);
+  return parameters;
 }
 
-inline Case to_case(std::istringstream& words, const Folder& folder) {
+inline Case to_case(std::istringstream& words) {
   Case one;
   words >> one.name >> one.id;
   for (std::string word; words >> word && word != "|";) {
     const std::string name = word.substr(0, word.find('='));
     const std::string value = word.substr(name.size() + 1);
     if (name == "model") {
-      one.parameters["xml_file"] = write_model(value, folder);
+      one.model = value;
     } else if (value == "true" || value == "false") {
       one.parameters[name] = value == "true";
     } else {
@@ -100,8 +106,7 @@ inline Case to_case(std::istringstream& words, const Folder& folder) {
   return one;
 }
 
-/// @param folder for changed models
-inline Scripts read_scripts(const Folder& folder) {
+inline Scripts read_scripts() {
   Scripts all;
   std::ifstream file(WALKER_SIM_SOURCE_DIR "/test/promises/scripts.txt");
   for (std::string line; std::getline(file, line);) {
@@ -111,7 +116,7 @@ inline Scripts read_scripts(const Folder& folder) {
     std::string second;
     words >> call.name;
     if (call.name == "case") {
-      all.cases.push_back(to_case(words, folder));
+      all.cases.push_back(to_case(words));
       continue;
     }
     words >> second;
@@ -145,7 +150,7 @@ inline std::string hexadecimal(double value) {
   return text;
 }
 
-/// One value per name, without absent ones, which are NaN.
+/// Returns NAME=BITS for each value that is not NaN.
 inline std::string to_text(const std::vector<std::string>& names, const double* values) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -240,8 +245,8 @@ class Interface {
   const Specification specification_;
 };
 
-/// Walkers that are called one by one. Its user resets them when an episode has ended: at once, or
-/// in place of the next step.
+/// Walkers that are called one by one. The caller resets them when an episode has ended: at once,
+/// or in place of the next step.
 class SingleWalkers : public Interface {
  public:
   SingleWalkers(const Specification& specification, bool resets_at_once)

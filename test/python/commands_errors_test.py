@@ -9,6 +9,7 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("hard=1", "parameter hard = 1: unknown"),
     ("hardcore=1", "parameter hardcore = 1: must be true or false"),
     ("hardcore=true hardcore=true", "parameter hardcore: given twice"),
+    ("hardcore=\udcfc", r"'hardcore=\udcfc': must be a text that UTF-8 can encode"),
     (
         "--policy walk",
         "--policy walk: must be heuristic, random, zero, shipped, robust, FILE.safetensors, ",

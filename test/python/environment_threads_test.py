@@ -126,16 +126,21 @@ def test_threads_step_a_shared_environment():
 
 
 def test_threads_reset_a_shared_environment():
-    """No two resets get the same draws of the generator."""
+    """No two resets get the same draws of the generator, also beside a thread that saves states."""
     resets = 200
     shared, alone = (WalkerEnv("Walker2d-v4") for _ in range(2))
     for environment in (shared, alone):
         environment.np_random = np.random.default_rng(8)
 
-    def play(environment, count):
-        return [environment.reset()[0].tobytes() for _ in range(count)]
+    def play(environment, count, saves=False):
+        rows = []
+        for _ in range(count):
+            rows.append(environment.reset()[0].tobytes())
+            if saves:
+                environment.get_state()
+        return rows
 
-    seen = in_threads(lambda _: play(shared, resets))
+    seen = in_threads(lambda index: play(shared, resets, saves=index == 0))
     assert sorted(chain(*seen)) == sorted(play(alone, 4 * resets))
 
 

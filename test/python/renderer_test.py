@@ -51,7 +51,7 @@ def test_a_picture_depends_on_its_capture_alone(env_id):
     renderer = _core.Renderer(env_id, {}, {})
     captures = [environment.capture(0)]
     for action in random_actions(env_id, 12).astype(float):
-        environment.step(action, *arrays(environment))
+        environment.step_single(action, *arrays(environment))
         captures.append(environment.capture(0))
     assert [captured.step for captured in captures] == [*range(13)]
     assert pickle.loads(pickle.dumps(environment)).capture(0).step == 12
@@ -76,7 +76,7 @@ def test_walkers_in_flight_are_not_captured():
     row = (np.empty((1, 24)), np.empty(1), np.empty(1, bool), np.empty(1, bool), np.empty((1, 0)))
     assert pool.recv(row) == [1]
     environment = begun(env_id)
-    environment.step(action[0], *arrays(environment))
+    environment.step_single(action[0], *arrays(environment))
     renderer = _core.Renderer(env_id, {}, {})
     assert np.array_equal(drawn(renderer, pool.capture(1)), drawn(renderer, environment.capture(0)))
 
@@ -99,7 +99,7 @@ def walk(environment, actions):
     observations = []
     for action in actions:
         observation, info = arrays(environment)
-        _, terminated, _, _ = environment.step(action, observation, info)
+        _, terminated, _, _ = environment.step_single(action, observation, info)
         observations.append(observation.tobytes())
         if terminated:
             break
@@ -158,7 +158,7 @@ def test_other_threads_run_while_a_picture_is_drawn():
         is_drawing.wait()
         count = 0
         while count < 20 and not is_drawn.is_set():
-            environment.step(np.zeros(4), *arrays(environment))
+            environment.step_single(np.zeros(4), *arrays(environment))
             count += 1
         thread.join()
         return count

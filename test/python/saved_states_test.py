@@ -224,6 +224,11 @@ def test_states_move_between_single_and_vector(environment_id):
         assert single.get_state() == envs.get_state([4])[0], "states differ"
     envs.set_state([single.get_state()], [1])
     assert envs.get_state([1]) == [single.get_state()]
+    states = envs.get_state()
+    envs.set_state(states[2:4], [1, 0])
+    assert envs.get_state([1, 0]) == states[2:4]
+    envs.set_state(states)
+    assert envs.get_state() == states
     assert envs.world[1] == envs.world[4] == single.world
 
 

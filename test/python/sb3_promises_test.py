@@ -20,7 +20,7 @@ class VecEnvWalkers(promises.Interface):
         self.envs = VecEnv(case.env_id, NUM_WALKERS, **keywords)
         self.num_steps = 0
 
-    def seen(self, line):
+    def reported(self, line):
         def rounded(match):
             (reward,) = struct.unpack(">d", bytes.fromhex(match[1]))
             return f"reward={promises.hexadecimal(np.float32(reward))}"

@@ -316,6 +316,9 @@ def test_copies_and_their_original_continue_equally():
     expected = play(twins[0], actions[30:])
     for envs in (*twins[1:], original):
         assert_equal(play(envs, actions[30:]), expected)
+    twins[0].set_state(states[::-1])
+    twins[0].set_state(states[:1], 1)
+    assert twins[0].get_state() == [states[2], states[0], states[0]]
     with pytest.raises(ValueError, match="environment 2: the state is damaged"):
         original.set_state([states[0][:-1]], 2)
     original.close()

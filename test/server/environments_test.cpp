@@ -118,7 +118,16 @@ TEST_P(AnyBatch, ShowsTheAccountAndTheSensorsOfAnEnvironmentAlone) {
     } else {
       alone.step(&actions[kShown * width], width);
     }
-    server.calls.step(actions, server.reply, expect_same);
+    int num_shown = 0;
+    server.calls.step(actions, server.reply, [&] {
+      ++num_shown;
+      expect_same();
+    });
+    EXPECT_EQ(num_shown, 1);
+    for (std::uint32_t j = 0; j < 4; ++j) {
+      EXPECT_EQ(server.reply.episodes[j], server.pool.episode(j).state().episode);
+      EXPECT_EQ(server.reply.steps[j], server.pool.episode(j).state().step);
+    }
     if (mode == AutoresetMode::same_step && alone.state().has_ended()) {
       alone.reset(std::nullopt);
       expect_same();

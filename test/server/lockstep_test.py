@@ -382,6 +382,10 @@ class LockstepTest(ServerTest):
         self.assertEqual(self.counter("clamped"), clamped + 6)
         self.assertEqual(self.counter("steps"), steps + 6)
 
+    def test_step_many_of_another_robot_equals_single_steps(self):
+        self.use("/walker2d")
+        self.compare_step_many([([0.25] * 6, 40), ([1.0, -0.5, 0.25, -1.0, 0.5, 0.125], 40)])
+
     def test_step_many_ends_with_the_time_limit(self):
         self.serve("/fresh/walker_sim", mode="lockstep", publish_clock=False, max_episode_steps=25)
         self.call("reset", has_seed=True, seed=1)

@@ -193,7 +193,8 @@ class PromisesTest(ServerTest):
     def test_one_walker(self):
         for case in CASES.values():
             services, spec = self.serve_case(case, NUM_WALKERS)
-            self.check_all(case, lambda s=services, p=spec: Singles(p, s), SCRIPTS)
+            with self.subTest(case.name):
+                self.check_all(case, lambda s=services, p=spec: Singles(p, s), SCRIPTS)
             self.doCleanups()
 
     def test_many_walkers(self):
@@ -204,5 +205,6 @@ class PromisesTest(ServerTest):
                 if (mode, case.name) != ("disabled", "cramped"):
                     given = {"num_envs": NUM_WALKERS, "autoreset_mode": mode}
                     (services,), spec = self.serve_case(case, 1, **given)
-                    self.check_all(case, lambda s=services, p=spec: Batch(p, s), scripts)
+                    with self.subTest(case.name, mode=mode):
+                        self.check_all(case, lambda s=services, p=spec: Batch(p, s), scripts)
                     self.doCleanups()

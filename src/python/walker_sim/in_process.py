@@ -88,10 +88,8 @@ class InProcessWalkers(Walkers):
         if world is not None:
             self.set_world([0], [world])
         with random.bit_generator.lock:  # NumPy's own draws take it too
-            self._pool.set_generator_states({0: generator_state_of(random)})
-            self._pool.reset([], *state)
-            set_generator_state(random, self._pool.generator_state(0))
-        error = self._pool.reset_error(0)
+            generator, error = self._pool.reset_single(generator_state_of(random), *state)
+            set_generator_state(random, generator)
         if error:
             raise RuntimeError(error)
 
@@ -152,13 +150,10 @@ class InProcessWalkers(Walkers):
 
     def get_state(self, random: np.random.Generator | None) -> bytes:
         """The state has `random`, if given, as its generator."""
-        if random is not None:
-            self._pool.set_generator_states({0: generator_state_of(random)})
-        return self._pool.get_states([0])[0]
+        return self._pool.get_state(None if random is None else generator_state_of(random))
 
     def set_state(self, state: bytes) -> np.random.Generator | None:
-        self._pool.set_states([0], [state])
-        return generator_of(self._pool.generator_state(0))
+        return generator_of(self._pool.set_state(state))
 
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
         self._pool.set_coordinates(0, qpos, qvel)

@@ -192,6 +192,7 @@ class RemoteWalkers(Connection, Walkers):
             self, env_id, parameters, address, num_envs, takes_any_limit, **required
         )
         Walkers.__init__(self, self.specification, num_envs)
+        self._is_single = "autoreset_mode" not in required
         self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
         self._observations[:], self._info[:] = 0, 0
 
@@ -202,7 +203,9 @@ class RemoteWalkers(Connection, Walkers):
     def open(self) -> _core.Client:
         known = self._client
         client = super().open()
-        if client is not known and self._worlds:  # also for resets by the server itself
+        if (
+            client is not known and self._worlds and not self._is_single
+        ):  # also for resets by the server itself
             client.set_world([*self._worlds], [*self._worlds.values()])
         return client
 
@@ -256,7 +259,10 @@ class RemoteWalkers(Connection, Walkers):
         return batch
 
     def set_world(self, environments: list[int], worlds: Sequence[World]) -> None:
-        self.open().set_world(environments, worlds)
+        if self._is_single:  # each reset requests it
+            self.open().check_worlds(worlds)
+        else:
+            self.open().set_world(environments, worlds)
         self._keep_worlds(environments, worlds)
 
     def _keep_worlds(self, environments: list[int], worlds: Sequence[World]) -> None:

@@ -188,9 +188,10 @@ class VecEnv(vec_env.VecEnv):
         dones = batch.terminated | batch.truncated
         infos = self._to_dicts(batch.info)
         self._take_final_rows(np.flatnonzero(dones).tolist(), infos)
-        for i in [i for i in self._failed if not dones[i]]:  # this step was their reset
-            self.reset_infos[i] = dict(infos[i])
-            self._complete_reset_infos([i])
+        for i in sorted(self._failed):
+            if not dones[i]:  # this step was the walker's reset
+                self.reset_infos[i] = dict(infos[i])
+                self._complete_reset_infos([i])
         is_cut_off = batch.truncated & ~batch.terminated
         for info, flag in zip(infos, is_cut_off.tolist()):
             info["TimeLimit.truncated"] = flag
@@ -240,13 +241,15 @@ class VecEnv(vec_env.VecEnv):
     def get_state(self, indices: VecEnvIndices = None) -> list[bytes]:
         """In process: returns the whole states of walkers, as `WalkerVectorEnv.get_state`."""
         self._check_open()
-        states: list[bytes] = self._walkers.pool("get_state").get_states(self._to_indices(indices))
-        return states
+        return self._walkers.pool("get_state").get_states(self._to_indices(indices))
 
     def set_state(self, states: Sequence[bytes], indices: VecEnvIndices = None) -> None:
         """In process: restores the states of walkers, as `WalkerVectorEnv.set_state`."""
         self._check_open()
-        self._walkers.pool("set_state").set_states(self._to_indices(indices), states)
+        environments = self._to_indices(indices)
+        self._walkers.pool("set_state").set_states(environments, states)
+        for i in environments:
+            self._record_failure(i)
 
     def __copy__(self) -> VecEnv:
         """Returns a deep copy: two environments must not drive the same walkers."""
@@ -325,11 +328,15 @@ class VecEnv(vec_env.VecEnv):
         for i, drawn in zip(begun, self._walkers.world_values(begun)):
             if drawn:
                 self.reset_infos[i]["world"] = drawn
-            self._failed.discard(i)
-            error = self._walkers.reset_error(i)
+            error = self._record_failure(i)
             if error:
                 self.reset_infos[i]["error"] = error
-                self._failed.add(i)
+
+    def _record_failure(self, walker: int) -> str:
+        """Records whether a walker's last reset failed. Returns the engine's error, if so."""
+        error = self._walkers.reset_error(walker)
+        (self._failed.add if error else self._failed.discard)(walker)
+        return error
 
     def _to_dicts(self, info: NDArray[np.float64]) -> Infos:
         """Returns each row as a dictionary, without absent values, which are NaN."""

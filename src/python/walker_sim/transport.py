@@ -1,4 +1,4 @@
-"""Interface between vector environments and their walkers, in process or over ROS."""
+"""Interface between environments and their walkers, in process or over ROS."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from walker_sim import _core
 from walker_sim.worlds import World, WorldValues
 
 if TYPE_CHECKING:
+    from walker_sim.in_process import InProcessWalkers
     from walker_sim.rendering import Draw, Pictures
 
 TRANSPORTS = ("inprocess", "ros")
@@ -106,8 +107,8 @@ class Batch(NamedTuple):
 class Walkers(ABC):
     """One walker, or several that are stepped together.
 
-    A single walker has the methods of one, too: `reset_single`, `step_single`, `get_state`,
-    `set_state`, `set_coordinates` and `is_healthy`. It is not reset at the end of its episode.
+    For one walker there are also `reset_single`, `step_single`, `get_state`, `set_state`,
+    `set_coordinates` and `is_healthy`; it is not reset at the end of its episode.
     """
 
     def __init__(self, specification: Specification, num_envs: int) -> None:
@@ -151,7 +152,7 @@ class Walkers(ABC):
         `environments` has the environment of each row."""
         return self._driver.drawn_worlds(environments)
 
-    def pool(self, name: str) -> Any:
+    def pool(self, name: str) -> InProcessWalkers:
         """Returns this object, if it is in process; else raises an AttributeError with `name`."""
         raise AttributeError(f'{name}: not over ROS; only with transport="inprocess"')
 
@@ -168,7 +169,7 @@ class Walkers(ABC):
     def step_single(self, action: NDArray[Any], state: State) -> tuple[float, bool, bool, str]:
         """Steps the walker by an action, float32 or float64, shape (action size,). Returns reward,
         terminated, truncated and the engine's error or an empty text."""
-        return self._driver.step(action, *state)
+        return self._driver.step_single(action, *state)
 
     @abstractmethod
     def get_state(self, random: np.random.Generator | None) -> bytes:

@@ -409,7 +409,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
 
     def _pool(self, name: str) -> InProcessWalkers:
         self._require_open(name)
-        return cast(InProcessWalkers, self._walkers.pool(name))
+        return self._walkers.pool(name)
 
     def _step_some(self, actions: ArrayLike, env_id: ArrayLike) -> Outcome:
         pool = self._pool("env_id")

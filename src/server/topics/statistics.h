@@ -176,10 +176,10 @@ class EpisodeStatistics {
   std::uint64_t count_ = 0;
 };
 
-/// What is counted of all environments.
+/// Counters and ended episodes of all environments.
 struct Account {
   ServerCounters counters;
-  EpisodeStatistics episodes;  ///< that ended
+  EpisodeStatistics episodes;
 
   /// Counts the state after a step or a reset.
   void add(const EpisodeState& state) {

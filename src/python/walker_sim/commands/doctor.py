@@ -211,12 +211,13 @@ def play(env_id: str) -> tuple[dict[str, Any], str]:
     action = np.zeros(len(specification["action_low"]))
     start: Any = np.random.PCG64(SEED).state["state"]
     generator = *divmod(start["state"], 1 << 64), *divmod(start["inc"], 1 << 64), 0, 0
-    walker.set_generator_states({0: generator})
-    walker.reset([], observation, info)
+    _, error = walker.reset_single(generator, observation, info)
+    if error:
+        raise RuntimeError(error)
     bits = hashlib.sha256(observation.tobytes())
     for _ in range(STEPS):
         agent.act(observation.astype(np.float64), action)
-        reward, *ends, error = walker.step(action, observation, info)
+        reward, *ends, error = walker.step_single(action, observation, info)
         if error:
             raise RuntimeError(error)
         bits.update(observation.tobytes() + np.float64(reward).tobytes() + bytes(ends))

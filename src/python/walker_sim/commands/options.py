@@ -215,6 +215,11 @@ def walker_of(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
         raise InputError(str(error)) from error
     if env_id not in _core.ids():
         raise InputError(f"ID = {ids[0]}: must be one of {', '.join(_core.ids())}")
+    for word in words:
+        try:
+            word.encode()
+        except UnicodeEncodeError:
+            raise InputError(f"{word!a}: must be a text that UTF-8 can encode") from None
     try:
         parameters = _core.parse_assignments(env_id, [word for word in words if "=" in word])
     except ValueError as error:
