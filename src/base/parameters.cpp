@@ -122,6 +122,11 @@ std::optional<std::int64_t> parse_integer(const std::string& text) {
   return value;
 }
 
+/// As parse_number, without hexadecimal numbers: YAML has those for integers only.
+std::optional<double> parse_decimal(const std::string& text) {
+  return text.find_first_of("xX") == std::string::npos ? parse_number(text) : std::nullopt;
+}
+
 std::optional<std::vector<double>> parse_list(const std::string& text) {
   if (text.size() < 2 || text.front() != '[' || text.back() != ']') return std::nullopt;
   std::vector<double> list;
@@ -129,7 +134,7 @@ std::optional<std::vector<double>> parse_list(const std::string& text) {
   for (std::string element; std::getline(elements, element, ',');) {
     element.erase(0, element.find_first_not_of(' '));
     element.erase(element.find_last_not_of(' ') + 1);
-    const std::optional<double> number = parse_number(element);
+    const std::optional<double> number = parse_decimal(element);
     if (!number) return std::nullopt;
     list.push_back(*number);
   }
@@ -144,7 +149,7 @@ ParameterValue parse(const std::string& text, const ParameterValue& model) {
   if (std::holds_alternative<std::int64_t>(model)) {
     if (const auto integer = parse_integer(text)) return *integer;
   } else if (std::holds_alternative<double>(model)) {
-    if (const auto number = parse_number(text)) return *number;
+    if (const auto number = parse_decimal(text)) return *number;
   } else if (std::holds_alternative<std::vector<double>>(model)) {
     if (auto list = parse_list(text)) return *std::move(list);
   }
