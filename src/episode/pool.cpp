@@ -178,8 +178,9 @@ struct Pool::Implementation {
   void step_all(const double* wanted_actions, const Batch& rows,
                 const std::function<void()>& on_stepped) {
     for (Slot& slot : slots) slot.has_final = false;
-    run(wanted_actions, &rows, all.data(), all.size());
+    run(wanted_actions, &rows, all.data(), all.size(), /*with_autoresets=*/false);
     on_stepped();
+    if (options.autoreset_mode != AutoresetMode::same_step) return;
     ended.clear();
     for (const std::uint32_t index : all) {
       if (keep_final(slots[index])) {
@@ -188,7 +189,7 @@ struct Pool::Implementation {
         write(slots[index], rows, index);
       }
     }
-    if (!ended.empty()) run(nullptr, &rows, ended.data(), ended.size());
+    if (!ended.empty()) run(nullptr, &rows, ended.data(), ended.size(), /*with_autoresets=*/false);
   }
 
   std::size_t num_groups(std::size_t count) const { return (count + group_size - 1) / group_size; }
@@ -196,10 +197,12 @@ struct Pool::Implementation {
   /// Steps or resets environments and blocks until all are done. An interruption drops those that
   /// no thread has begun.
   /// @param rows output for all environments, written by the threads; null: the caller writes it
+  /// @param with_autoresets whether the threads reset environments that have ended under same_step
   void run(const double* wanted_actions, const Batch* rows, const std::uint32_t* environments,
-           std::size_t count) {
+           std::size_t count, bool with_autoresets = true) {
     actions = wanted_actions;
     batch = rows;
+    resets_ended = with_autoresets;
     std::for_each(environments, environments + count,
                   [this](std::uint32_t index) { threads.add(index); });
     threads.start(num_groups(count) - 1);  // the caller works on one itself
@@ -218,6 +221,7 @@ struct Pool::Implementation {
     sent_actions.resize(options.num_envs * action_size);
     actions = sent_actions.data();
     batch = nullptr;
+    resets_ended = true;
   }
 
   /// Copies the actions of listed environments to their rows in `sent_actions`.
@@ -295,8 +299,6 @@ struct Pool::Implementation {
 
   PoolOptions options;
   std::vector<Slot> slots;
-  bool all_have_begun = false;
-  bool resets_ended = true;  // under same_step, the threads reset ended environments
   std::size_t num_under_way = 0;
   std::vector<std::uint8_t> is_under_way;
   std::uint64_t num_lists = 0;           // lists checked so far
@@ -307,8 +309,10 @@ struct Pool::Implementation {
   std::vector<double> sent_actions;  // num_envs x action size; empty before the first list
   std::size_t action_size;
   std::size_t group_size;
+  bool all_have_begun = false;
   std::atomic<bool> is_dropping{false};
   // Read by the threads; constant while environments are under way.
+  bool resets_ended = true;         // under same_step, the threads reset ended environments
   const double* actions = nullptr;  // num_envs x action size
   const Batch* batch = nullptr;     // rows of all environments; null: the threads write none
   ThreadPool threads;               // last, so that its threads end before their data
@@ -347,15 +351,11 @@ void Pool::step(const double* actions, std::size_t size, const Batch& batch,
   pool.require_none_under_way("step");
   check_actions_size(specification(), size, pool.options.num_envs);
   pool.check_steps(actions, pool.all.data(), pool.all.size());
-  if (!on_stepped) return pool.run(actions, &batch, pool.all.data(), pool.all.size());
-  pool.resets_ended = false;
-  try {
+  if (on_stepped) {
     pool.step_all(actions, batch, on_stepped);
-  } catch (...) {
-    pool.resets_ended = true;
-    throw;
+  } else {
+    pool.run(actions, &batch, pool.all.data(), pool.all.size());
   }
-  pool.resets_ended = true;
 }
 
 void Pool::step(const double* actions, const std::uint32_t* environments, std::size_t count,

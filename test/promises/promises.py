@@ -164,6 +164,9 @@ class Interface:
         self.saved[state] = self.has_ended[walker]
         return state
 
+    def prepare(self, step):
+        """Is called before each step with its number, from 1."""
+
     def refuse_step(self, walker, actions):
         self.step(actions)
 
@@ -218,6 +221,7 @@ def play(calls, case, interface):
         elif name == "step":
             for _ in range(int(argument)):
                 num_steps += 1
+                interface.prepare(num_steps)
                 joints = range(interface.action_size)
                 interface.step([[action_value(num_steps, i, j) for j in joints] for i in ALL])
         for walker in walkers:

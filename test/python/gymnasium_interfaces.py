@@ -21,7 +21,7 @@ class SingleWalkers(promises.SingleWalkers):
     def __init__(self, case, make, keywords, copied=None):
         super().__init__(*sizes_of(case.env_id, keywords))
         self.walkers = [make(walker) for walker in ALL]
-        self.copied, self.num_steps = copied, 0
+        self.copied = copied
 
     def reset_one(self, walker, seed):
         try:
@@ -30,11 +30,9 @@ class SingleWalkers(promises.SingleWalkers):
             observation, info = None, {"error": str(error).rpartition("reset: ")[2]}
         self.add_reset(walker, observation, info)
 
-    def step(self, actions):
-        self.num_steps += 1
-        if self.copied and self.num_steps % 7 == 0:
+    def prepare(self, step):
+        if self.copied and step % 7 == 0:
             self.walkers = [self.copied(walker) for walker in self.walkers]
-        super().step(actions)
 
     def step_one(self, walker, action):
         self.add_step(walker, *self.walkers[walker].step(np.array(action, np.float32)))
@@ -49,15 +47,34 @@ class SingleWalkers(promises.SingleWalkers):
         self.walkers[walker].unwrapped.set_state(state)
 
 
-class VectorWalkers(promises.Interface):
-    """A vector environment."""
+class GroupWalkers(promises.Interface):
+    """Walkers that are stepped together; every seventh step is of a copy by `copied`."""
 
     def __init__(self, case, envs, keywords, copied=None):
         super().__init__(*sizes_of(case.env_id, keywords))
-        self.envs = envs
+        self.envs, self.copied = envs, copied
+
+    def prepare(self, step):
+        if self.copied and step % 7 == 0:
+            self.envs = self.copied(self.envs)
+
+    def set_world(self, walker, world):
+        self.envs.set_world(world, [walker])
+
+    def save(self, walker):
+        return self.envs.get_state([walker])[0]
+
+    def load(self, walker, state):
+        self.envs.set_state([state], [walker])
+
+
+class VectorWalkers(GroupWalkers):
+    """A vector environment."""
+
+    def __init__(self, case, envs, keywords, copied=None):
+        super().__init__(case, envs, keywords, copied)
         self.mode = envs.autoreset_mode.name.lower()
         self.resets_at_once = self.mode != "next_step"
-        self.copied, self.num_steps = copied, 0
 
     def reset(self, walkers, seed=None):
         seeds = None if seed is None else [seed + i if i in walkers else None for i in ALL]
@@ -67,9 +84,6 @@ class VectorWalkers(promises.Interface):
             self.add_reset(walker, observations[walker], row_of(infos, walker))
 
     def step(self, actions):
-        self.num_steps += 1
-        if self.copied and self.num_steps % 7 == 0:
-            self.envs = self.copied(self.envs)
         actions = np.array(actions, np.float32)
         failed = np.array(self.has_ended)
         if self.mode != "disabled" or not failed.any() or actions.shape[1] != self.action_size:
@@ -98,15 +112,6 @@ class VectorWalkers(promises.Interface):
                 ended.append(walker)
         if self.mode == "disabled" and ended:
             self.reset(ended)
-
-    def set_world(self, walker, world):
-        self.envs.set_world(world, [walker])
-
-    def save(self, walker):
-        return self.envs.get_state([walker])[0]
-
-    def load(self, walker, state):
-        self.envs.set_state([state], [walker])
 
 
 class AsynchronousWalkers(VectorWalkers):

@@ -6,19 +6,18 @@ import struct
 import numpy as np
 import promises
 import pytest
-from gymnasium_interfaces import sizes_of
+from gymnasium_interfaces import GroupWalkers
 from promises import ALL, CASES, NUM_WALKERS, SCRIPTS, check, resets_all, write_model
 from walker_sim.sb3 import VecEnv
 from walkers import through_pickle
 
 
-class VecEnvWalkers(promises.Interface):
+class VecEnvWalkers(GroupWalkers):
     """VecEnv; its rewards are float32, and an episode that terminates is not truncated."""
 
     def __init__(self, case, keywords):
-        super().__init__(*sizes_of(case.env_id, keywords))
-        self.envs = VecEnv(case.env_id, NUM_WALKERS, **keywords)
-        self.num_steps = 0
+        envs = VecEnv(case.env_id, NUM_WALKERS, **keywords)
+        super().__init__(case, envs, keywords, copied=through_pickle)
 
     def reported(self, line):
         def rounded(match):
@@ -37,9 +36,6 @@ class VecEnvWalkers(promises.Interface):
             self.add_reset(i, observations[i], self.envs.reset_infos[i])
 
     def step(self, actions):
-        self.num_steps += 1
-        if self.num_steps % 7 == 0:
-            self.envs = through_pickle(self.envs)
         observations, rewards, dones, infos = self.envs.step(np.array(actions, np.float32))
         for i in ALL:
             if self.has_ended[i]:
@@ -51,15 +47,6 @@ class VecEnvWalkers(promises.Interface):
             self.add_step(i, last, rewards[i], terminated, truncated, infos[i])
             if dones[i]:
                 self.add_reset(i, observations[i], self.envs.reset_infos[i])
-
-    def set_world(self, walker, world):
-        self.envs.set_world(world, [walker])
-
-    def save(self, walker):
-        return self.envs.get_state([walker])[0]
-
-    def load(self, walker, state):
-        self.envs.set_state([state], [walker])
 
 
 @pytest.mark.parametrize("script", [*filter(resets_all, SCRIPTS)])

@@ -86,7 +86,7 @@ class LockstepCostTest(ServerTest):
             recorder.at(state.header.stamp.to_nsec())  # the last state is shown, too
             stamps = recorder.stamps()
             self.assertLess(len(stamps), steps / 5, topic)
-            if topic != "/clock":  # a new subscriber is told the time, perhaps once more
+            if topic != "/clock":  # a new subscriber gets the time, maybe for a second time
                 self.assertEqual(len(set(stamps)), len(stamps), topic)
             self.assertEqual(stamps, sorted(stamps), topic)
         transitions = self.record("/transition", Transition)

@@ -92,8 +92,9 @@ def shown(value: Any) -> str:
     return fit if len(fit) <= MAX_VALUE_LENGTH else f"{fit[:MAX_VALUE_LENGTH]}..."
 
 
-class Connection:
-    """Connection to a server, which is compared with the expected one at each connect.
+class RemoteWalkers(Walkers):
+    """All walkers of a server, which is compared with the expected one at each connect. A copy is
+    another connection to the server.
 
     The server must be in lock-step and have this id, these parameters, `num_envs` walkers and the
     values `required` in its specification. `takes_any_limit` allows any ``max_episode_steps``.
@@ -128,12 +129,16 @@ class Connection:
         self._options = (
             *(env_id, dict(parameters), address.server, address.master_uri, timeout, spin_us),
         )
+        self._is_single: bool = "autoreset_mode" not in required
         self._worlds: dict[int, World] = {}  # by environment; absent: the server's own
         self._client: _core.Client | None = None
         client = self.open()
         server = client.server_specification
         computed = {key: shown(server[key]) for key in ("engine", "engine_version")}
-        self.specification: Specification = {**client.specification, **computed}
+        super().__init__({**client.specification, **computed}, num_envs)
+        # The latest rows, for `reset` of some walkers.
+        self._observations: NDArray[Any] = np.zeros((num_envs, self._size), self._dtype)
+        self._info: NDArray[np.float64] = np.zeros((num_envs, self._num_infos))
 
     def open(self) -> _core.Client:
         """Returns the client for a reset; connects if it is closed or its connection was lost.
@@ -147,13 +152,9 @@ class Connection:
             if lines:
                 raise ServerMismatch(f"the server {self._options[2]}: " + "; ".join(lines))
             self._client = client
+            if self._worlds and not self._is_single:  # also for resets by the server itself
+                client.set_world([*self._worlds], [*self._worlds.values()])
         return self._client
-
-    def world_of(self, environment: int) -> World:
-        """Returns the world of an environment's resets to come, unless another client sets it: that
-        of this connection, or else the server's when this one connected."""
-        servers: World = self.client.server_specification["world"]
-        return self._worlds.get(environment, servers)
 
     @property
     def client(self) -> _core.Client:
@@ -175,39 +176,9 @@ class Connection:
         if is_open:
             self.open()
 
-
-class RemoteWalkers(Connection, Walkers):
-    """All walkers of a server in lock-step. A copy is another connection to the server."""
-
-    def __init__(
-        self,
-        env_id: str,
-        parameters: Mapping[str, Any],
-        address: ServerAddress,
-        num_envs: int = 1,
-        takes_any_limit: bool = False,
-        **required: str,
-    ) -> None:
-        Connection.__init__(
-            self, env_id, parameters, address, num_envs, takes_any_limit, **required
-        )
-        Walkers.__init__(self, self.specification, num_envs)
-        self._is_single = "autoreset_mode" not in required
-        self._observations, self._info = self._new_rows(num_envs)  # latest, for reset() of some
-        self._observations[:], self._info[:] = 0, 0
-
     @property
     def _driver(self) -> _core.Client:
         return self.client
-
-    def open(self) -> _core.Client:
-        known = self._client
-        client = super().open()
-        if (
-            client is not known and self._worlds and not self._is_single
-        ):  # also for resets by the server itself
-            client.set_world([*self._worlds], [*self._worlds.values()])
-        return client
 
     def reset_single(
         self, seed: int | None, random: np.random.Generator, state: State, world: World | None
@@ -271,7 +242,10 @@ class RemoteWalkers(Connection, Walkers):
         self._worlds.update(zip(chosen, each))
 
     def worlds(self) -> tuple[World, ...]:
-        return tuple(map(self.world_of, range(self.num_envs)))
+        """Unless another client has set them: those of this connection, or else the server's when
+        this one connected."""
+        servers: World = self.client.server_specification["world"]
+        return tuple(self._worlds.get(i, servers) for i in range(self.num_envs))
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
         self.client.render(environment, pictures.camera_parameters, rgb, depth)
