@@ -1,39 +1,94 @@
-// Prints the oracle's traces of all scripts for one case, a line each: script, walker, line.
+// Prints what the oracle says of one case: the traces of all scripts, or the outcomes of episodes
+// that a policy plays.
+#include <cstdint>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "promises/oracle.h"
+#include "walker_sim/policy.h"
 
 namespace walker::promises {
 namespace {
 
-int print(const std::string& name, const std::string& when) {
-  const Scripts all = read_scripts();
+const Case& find(const Scripts& all, const std::string& name) {
   for (const Case& one : all.cases) {
-    if (one.name != name) continue;
-    for (const Script& script : all.scripts) {
-      Oracles oracle(one, when == "at_once");
-      const Trace trace = play(script, one, oracle);
-      for (std::uint32_t walker = 0; walker < kNumWalkers; ++walker) {
-        for (const std::string& line : trace[walker]) {
-          std::cout << script.name << '\t' << walker << '\t' << line << '\n';
-        }
-      }
-    }
-    return EXIT_SUCCESS;
+    if (one.name == name) return one;
   }
   throw std::invalid_argument(name + ": no such case");
+}
+
+/// Prints a line for each line of a trace: script, walker, line.
+void print_traces(const std::string& name, const std::string& when) {
+  const Scripts all = read_scripts();
+  const Case& one = find(all, name);
+  for (const Script& script : all.scripts) {
+    Oracles oracle(one, when == "at_once");
+    const Trace trace = play(script, one, oracle);
+    for (std::uint32_t walker = 0; walker < kNumWalkers; ++walker) {
+      for (const std::string& line : trace[walker]) {
+        std::cout << script.name << '\t' << walker << '\t' << line << '\n';
+      }
+    }
+  }
+}
+
+/// Prints a line for each episode of a policy: return, length, end, error, last info and world.
+/// @param count of seeds, from 0, in each of the case's level and the worlds
+void print_outcomes(const std::string& name, const std::string& file, int count,
+                    const std::vector<std::string>& worlds) {
+  const Scripts all = read_scripts();
+  const Case& one = find(all, name);
+  Policy policy(file);
+  for (const std::string& world : worlds) {
+    for (int seed = 0; seed < count; ++seed) {
+      Oracle walker(one);
+      walker.world = to_world(world == "level" ? one.level : world);
+      walker.reset(static_cast<std::uint64_t>(seed));
+      const bool is_single = walker.specification().observation_dtype == "float32";
+      std::vector<double> action(walker.specification().action_size());
+      double sum = 0;
+      int length = 0;
+      while (!walker.terminated && !walker.truncated) {
+        std::vector<double> observation = walker.observation;
+        for (double& value : observation) value = is_single ? static_cast<float>(value) : value;
+        policy.act(observation.data(), action.data());
+        walker.step(action.data());
+        sum += walker.reward;
+        ++length;
+      }
+      std::cout << hexadecimal(sum) << ' ' << length << (walker.terminated ? " terminated" : "")
+                << (walker.truncated ? " truncated" : "");
+      if (length > 0) {
+        std::cout << to_text(walker.specification().info_names, walker.info.data());
+      }
+      for (const auto& [parameter, value] : walker.values) {
+        std::cout << " world " << parameter << '=' << hexadecimal(value);
+      }
+      std::cout << (walker.error.empty() ? "" : " failed: ") << walker.error << '\n';
+    }
+  }
 }
 
 }  // namespace
 }  // namespace walker::promises
 
 int main(int argc, char** argv) try {
-  if (argc == 3) return walker::promises::print(argv[1], argv[2]);
-  std::cerr << "usage: walker_sim_oracle CASE at_once|in_step\n";
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  if (words.size() == 2) {
+    walker::promises::print_traces(words[0], words[1]);
+    return EXIT_SUCCESS;
+  }
+  if (words.size() > 3) {
+    walker::promises::print_outcomes(words[0], words[1], std::stoi(words[2]),
+                                     {words.begin() + 3, words.end()});
+    return EXIT_SUCCESS;
+  }
+  std::cerr << "usage: walker_sim_oracle CASE at_once|in_step\n"
+               "       walker_sim_oracle CASE POLICY SEEDS WORLD...\n";
   return 2;
 } catch (const std::exception& error) {
   std::cerr << error.what() << '\n';

@@ -1,9 +1,14 @@
 """Each script gives the server's services the oracle's trace, to the bit."""
 
 import io
+import itertools
 import math
+import os
+import re
 import tempfile
+from collections import Counter
 
+from bare_ros import wait_for
 from promises import (
     ALL,
     CASES,
@@ -13,9 +18,10 @@ from promises import (
     SingleWalkers,
     check,
     has_states,
+    play,
     write_model,
 )
-from server_harness import ServerTest
+from server_harness import ServerTest, recorded_topics, run_program
 from walker_sim.msg import EpisodeRecord, World, WorldParameter
 
 MODES = ("next_step", "same_step", "disabled")
@@ -38,11 +44,11 @@ class Services:
     """Calls the services of a server; RuntimeError if a call is refused."""
 
     def __init__(self, server):
-        self._server, self._clients = server, {}
+        self.server, self._clients = server, {}
 
     def __getattr__(self, name):
         if name not in self._clients:
-            self._clients[name] = self._server.client(name)
+            self._clients[name] = self.server.client(name)
 
         def call(**fields):
             response = self._clients[name](**fields)
@@ -177,7 +183,7 @@ class PromisesTest(ServerTest):
         self.addCleanup(folder.cleanup)
         parameters = {"mode": "lockstep", "publish_clock": False, "env": case.env_id, **parameters}
         parameters.update(write_model(case, folder.name))
-        servers = [self.start(f"/walker_{i}", **parameters) for i in range(count)]
+        servers = [self.start(f"/walker_{i}/walker_sim", **parameters) for i in range(count)]
         services = [Services(server.wait_until_it_serves()) for server in servers]
         for each in services:
             self.addCleanup(each.close)
@@ -208,3 +214,31 @@ class PromisesTest(ServerTest):
                     with self.subTest(case.name, mode=mode):
                         self.check_all(case, lambda s=services, p=spec: Batch(p, s), scripts)
                     self.doCleanups()
+
+    def test_a_bag_of_one_walker(self):
+        """The program replay repeats every episode and compares its bits with the recorded."""
+        scripts = [script for script in SCRIPTS if not has_states(script)]
+        for case in CASES.values():
+            folder = tempfile.TemporaryDirectory()
+            self.addCleanup(folder.cleanup)
+            bag = os.path.join(folder.name, "walk.bag")
+            services, spec = self.serve_case(case, NUM_WALKERS)
+            topics = [f"/walker_{walker}/episode_record" for walker in ALL]
+            recorder = self.start_recorder(bag, *topics)
+            for each, topic in zip(services, topics):
+                wait_for(lambda s=each.server, t=topic: t in recorded_topics(s), topic)
+            lines = []
+            for script in scripts:
+                walkers = Singles(spec, services)
+                for walker in ALL:
+                    walkers.set_world(walker, "gymnasium")
+                lines += itertools.chain(*play(SCRIPTS[script], case, walkers))
+            walkers.reset(ALL)  # publishes the records of the last episodes
+            self.stop_recorder(recorder)
+            status, text, _ = run_program("replay", bag)
+            kinds = Counter(re.match("step|reset failed|reset", line)[0] for line in lines)
+            with self.subTest(case.name):
+                self.assertEqual(status, 0)
+                counts = f"{kinds['reset']} episodes equal to the bit ({kinds['step']} steps)"
+                self.assertRegex(text.splitlines()[-1], f"^{re.escape(counts)}")
+            self.doCleanups()
