@@ -37,11 +37,11 @@ endif()
 set(box2d_ours ${CMAKE_CURRENT_SOURCE_DIR}/src/robots/bipedal_walker/box2d_pinned)
 file(GLOB_RECURSE box2d_sources CONFIGURE_DEPENDS ${box2d_source}/Box2D/*.cpp)
 list(FILTER box2d_sources EXCLUDE REGEX "/Common/b2BlockAllocator.cpp$")
-list(APPEND box2d_sources ${box2d_ours}/b2BlockAllocator.cpp ${box2d_ours}/velocity_loops.cpp)
+list(APPEND box2d_sources ${box2d_ours}/b2BlockAllocator.cpp)
 
-# walker_sim_patch_box2d(FILE REGEX REPLACEMENT DECLARATION): replaces text in a copy of Box2D's FILE,
-# which is compiled in the file's place, and puts the DECLARATION in front.
-function(walker_sim_patch_box2d file regex replacement declaration)
+# walker_sim_patch_box2d(FILE REGEX REPLACEMENT): replaces text in a copy of Box2D's FILE, which is
+# compiled in the file's place.
+function(walker_sim_patch_box2d file regex replacement)
   set(original ${box2d_source}/Box2D/${file})
   set(copy ${CMAKE_CURRENT_BINARY_DIR}/box2d/${file})
   file(READ ${original} text)
@@ -49,29 +49,24 @@ function(walker_sim_patch_box2d file regex replacement declaration)
   if(patched STREQUAL text)
     message(FATAL_ERROR "${original}: has no text that matches ${regex}")
   endif()
-  file(WRITE ${copy}.new "// Altered by cmake/engines.cmake of walker_sim.\n${declaration}\n${patched}")
+  file(WRITE ${copy}.new "// Altered by cmake/engines.cmake of walker_sim.\n\n${patched}")
   configure_file(${copy}.new ${copy} COPYONLY) # changes no time stamp if the text is the same
   list(FILTER box2d_sources EXCLUDE REGEX "/${file}$")
   set(box2d_sources ${box2d_sources} ${copy} PARENT_SCOPE)
 endfunction()
 # Without the process-wide counters, which all threads would write and nothing reads.
 set(counter_line "[^\n]*b2_(gjk|toi)(Max)?(Root)?(Calls|Iters|Time)[^\n]*\n")
-walker_sim_patch_box2d(Collision/b2Distance.cpp "${counter_line}" "" "")
-walker_sim_patch_box2d(Collision/b2TimeOfImpact.cpp "${counter_line}" "" "")
+walker_sim_patch_box2d(Collision/b2Distance.cpp "${counter_line}" "")
+walker_sim_patch_box2d(Collision/b2TimeOfImpact.cpp "${counter_line}" "")
 # Without reading the clock a dozen times per step, often a system call, for unused profile data.
-walker_sim_patch_box2d(Common/b2Timer.cpp "gettimeofday\\(&t, 0\\)" "t = timeval()" "")
-# With our velocity iterations, velocity_loops.cpp.
-walker_sim_patch_box2d(Dynamics/b2Island.cpp "i < (step|subStep)[.]velocityIterations"
-  "\\0 && !walker_sim_solve_velocities(*this, contactSolver)"
-  "bool walker_sim_solve_velocities(const class b2Island&, class b2ContactSolver&);")
+walker_sim_patch_box2d(Common/b2Timer.cpp "gettimeofday\\(&t, 0\\)" "t = timeval()")
 
 add_library(box2d_pinned STATIC ${box2d_sources})
 set_target_properties(box2d_pinned PROPERTIES UNITY_BUILD ON)
-set_source_files_properties(${box2d_ours}/velocity_loops.cpp ${box2d_ours}/world_shortcuts.cpp
-  ${box2d_ours}/world_state.cpp ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
+set_source_files_properties(${box2d_ours}/world_shortcuts.cpp ${box2d_ours}/world_state.cpp
+  ${box2d_ours}/world_step.cpp PROPERTIES COMPILE_OPTIONS -fno-access-control)
 if(WALKER_SIM_INSTRUMENT STREQUAL "coverage") # our files only, for exact line numbers
-  set_property(SOURCE ${box2d_ours}/b2BlockAllocator.cpp ${box2d_ours}/velocity_loops.cpp
-    APPEND PROPERTY COMPILE_OPTIONS -O0)
+  set_property(SOURCE ${box2d_ours}/b2BlockAllocator.cpp APPEND PROPERTY COMPILE_OPTIONS -O0)
 endif()
 # The optimisation level and FP contraction determine the bits. Symbols are hidden because
 # Gymnasium's Box2D may be loaded in the same process.
