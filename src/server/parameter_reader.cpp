@@ -144,10 +144,17 @@ std::vector<ParameterDescription> server_parameters() {
       {"real_time_factor", 1.0, "",
        "Simulation time over wall time in mode free; 0: as fast as possible.", 0,
        kMaxRealTimeFactor},
-      {"auto_reset", true, "", "Start the next episode automatically in mode free.", 0, 0},
+      {"auto_reset", true, "",
+       "Start the next episode automatically in mode free; after a failed reset a second of wall "
+       "time later.",
+       0, 0},
       {"command_timeout", 0.5, "s",
-       "Age after which zero torque replaces an effort command; 0: never.", 0, kMaxTimeout},
-      {"publish_clock", true, "", "Publish /clock; false: follow it in mode free.", 0, 0},
+       "Age after which zero torque replaces an effort command, in wall time if real_time_factor "
+       "is "
+       "0; 0: never.",
+       0, kMaxTimeout},
+      {"publish_clock", true, "",
+       "Publish /clock; false: follow it in mode free, which needs /use_sim_time.", 0, 0},
       {"paused", false, "", "Start paused in mode free.", 0, 0},
       {"spin_us", std::int64_t{kMeasuredSpin}, "us",
        "Longest time to poll for the next request after an answer before the server blocks, while "
@@ -161,7 +168,10 @@ std::vector<ParameterDescription> server_parameters() {
        "Name of the recording node: the server neither steps nor advertises services before that "
        "node subscribes to episode_record, which replay needs. Empty: do not wait.",
        0, 0},
-      {"tf_prefix", std::string(), "", "Prefix of all frames.", 0, 0},
+      {"tf_prefix", std::string(), "",
+       "Prefix of all frames; where it is not given, the nearest tf_prefix up the namespaces "
+       "counts.",
+       0, 0},
       {"max_topic_rate", 100.0, "1/s",
        "States per second of wall time that topics show in mode lockstep while calls follow each "
        "other within 1 ms; transition, episode and episode_record have all, pictures keep "

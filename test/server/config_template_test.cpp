@@ -1,8 +1,9 @@
-// The templates in config/ document exactly the parameters that the nodes read.
+// The templates in config/ and docs/ros_interface.md document the parameters that the nodes read.
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <sstream>
 #include <string>
@@ -112,6 +113,17 @@ INSTANTIATE_TEST_SUITE_P(Templates, ConfigTemplate,
                          [](const testing::TestParamInfo<Template>& instance) {
                            return instance.param.name;
                          });
+
+/// The documentation's table has a row of these words for each of the server's own parameters.
+TEST(Documentation, HasTheServersParameters) {
+  std::ifstream file(WALKER_SIM_SOURCE_DIR "/docs/ros_interface.md");
+  const std::string page{std::istreambuf_iterator<char>(file), {}};
+  for (const ParameterDescription& parameter : server_parameters()) {
+    const std::string row = "\n| `" + parameter.name + "` | `" + default_text(parameter) + "` | " +
+                            parameter.description + limits(parameter) + " |\n";
+    EXPECT_NE(page.find(row), std::string::npos) << row;
+  }
+}
 
 }  // namespace
 }  // namespace walker
