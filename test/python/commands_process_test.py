@@ -17,7 +17,7 @@ import time
 import pytest
 import walker_sim
 from walker_sim import files
-from walker_sim.commands import main, results
+from walker_sim.commands import main, table
 
 COMMAND = [sys.executable, "-m", "walker_sim"]
 ID = "Walker2d-v5"
@@ -161,7 +161,7 @@ def test_a_file_that_cannot_be_replaced_is_overwritten(
     path.write_text("earlier")
     if is_mounted:
         monkeypatch.setattr(pathlib.Path, "replace", refuse)
-    for module in (files, results) if not is_mounted else ():
+    for module in (files, table) if not is_mounted else ():
         monkeypatch.setattr(module, "beside", lambda path: pathlib.Path("/sys/walker_sim.new"))
     command(*ZERO, option, path)
     assert path.stat().st_size > 100
@@ -187,7 +187,7 @@ def test_episodes_of_a_csv_that_cannot_be_finished_are_named(tmp_path, capsys, m
 
     path = tmp_path / "a.csv"
     path.write_text("earlier")
-    monkeypatch.setattr(results, "replace_file", refuse)
+    monkeypatch.setattr(table, "replace_file", refuse)
     assert main([*ZERO, "--csv", str(path)]) == 2
     (unfinished,) = {*tmp_path.iterdir()} - {path}
     count = len(rows_of(unfinished))

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 from walker_sim.commands.episodes import Episode
-from walker_sim.commands.results import bootstrap_interval, histogram, report, summarise, write_plot
+from walker_sim.commands.plots import write_plot
+from walker_sim.commands.results import (
+    bootstrap_interval,
+    describe,
+    histogram,
+    summarise,
+    summarise_worlds,
+)
 
 
 def episodes_of(returns, ends=None):
@@ -54,7 +61,7 @@ def test_one_episode_has_no_spread():
     summary = summarise(episodes_of([5.0]), None)
     assert summary.interval is None
     assert summary.standard_deviation is None
-    text = "\n".join(report(summary, None))
+    text = "\n".join(describe(summary, None))
     assert "none of one episode" in text
     assert "return >=" not in text
     assert histogram([5.0]) == []
@@ -81,5 +88,6 @@ def test_histogram_of_returns_that_no_bins_divide_is_empty(returns, tmp_path):
     assert histogram(returns) == []
     pytest.importorskip("matplotlib")
     episodes = episodes_of(returns)
-    write_plot(tmp_path / "plot.png", "nearly equal", episodes, summarise(episodes, None), None)
+    found = summarise_worlds(None, episodes, None)
+    write_plot(tmp_path / "plot.png", "nearly equal", "Hopper-v5", None, found, None)
     assert (tmp_path / "plot.png").stat().st_size

@@ -116,11 +116,11 @@ def evaluate(tmp_path, command):
 @pytest.fixture
 def figures(monkeypatch):
     """The figures that the commands make."""
-    from walker_sim.commands import results
+    from walker_sim.commands import plots
 
     made = []
-    make = results.make_figure
-    monkeypatch.setattr(results, "make_figure", lambda **k: made.append(make(**k)) or made[-1])
+    make = plots.make_figure
+    monkeypatch.setattr(plots, "make_figure", lambda **k: made.append(make(**k)) or made[-1])
     return made
 
 

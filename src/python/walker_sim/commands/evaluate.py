@@ -9,8 +9,8 @@ import time
 from collections import ChainMap
 from typing import Any, Callable, NamedTuple, Sequence
 
-from walker_sim.commands import grid_results, results
 from walker_sim.commands import options as common
+from walker_sim.commands import plots, results
 from walker_sim.commands.episodes import Episode, play, play_network, progress
 from walker_sim.commands.grid import Grid, axis, make_grid, refuse_equal
 from walker_sim.commands.policies import (
@@ -20,6 +20,7 @@ from walker_sim.commands.policies import (
     make_policies,
     policy_text,
 )
+from walker_sim.commands.table import Table
 from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.transport import Specification
 from walker_sim.worlds import World, range_text, to_world
@@ -189,7 +190,7 @@ def _stepped(
 
 
 def _play(
-    options: argparse.Namespace, source: _Source, number_of: int, table: results.Table | None
+    options: argparse.Namespace, source: _Source, number_of: int, table: Table | None
 ) -> list[Episode]:
     """Plays all episodes, with a progress bar. Returns them in order."""
     episodes: list[Episode] = []
@@ -227,7 +228,7 @@ def run(arguments: Sequence[str]) -> int:
     common.split_worlds(options)
     env_id, parameters = common.walker_of(options.walker)
     if options.plot:
-        results.check_format(options.plot)  # fails before the episodes, which may take hours
+        plots.check_format(options.plot)  # fails before the episodes, which may take hours
     seeds = common.chosen_seeds(options)
     grid = make_grid(env_id, options.worlds, options.grid, len(seeds))
     options.world = options.worlds[0] if options.worlds and not grid else None
@@ -238,7 +239,7 @@ def run(arguments: Sequence[str]) -> int:
         names = specification["info_names"], [*ChainMap(*worlds)]
         texts = ["gymnasium", *map(range_text, worlds[1:])]
         world_of = (lambda episode: texts[episode.order // len(seeds)]) if grid else None
-        table = results.Table(options.csv, *names, world_of)
+        table = Table(options.csv, *names, world_of)
     count = len(seeds) * (len(worlds) if grid else 1)
     episodes = _play(options, source, count, table)
 
@@ -251,13 +252,22 @@ def run(arguments: Sequence[str]) -> int:
         "policy": policy_text(options),
         "engine": specification["engine_version"],
     }
-    if grid:
-        _report_grid(options, head, grid, episodes, threshold)
-    else:
-        world = worlds[0] if all(one == worlds[0] for one in worlds) else worlds
-        _report(options, head, world, episodes, threshold)
+    known = grid.rows[0] if grid and len(grid.rows) == 1 else ""
+    world = worlds[0] if all(one == worlds[0] for one in worlds) else worlds
+    if not grid and (options.world is not None or world):
+        known = options.world or (range_text(world) if isinstance(world, dict) else "differs")
+        head["world"] = world
+    found = results.summarise_worlds(grid, episodes, threshold)
+    title = _title(options, head, known, len(found[0].episodes))
+    print(f"{title} in each of {len(found)} worlds\n" if grid else f"{title}\n")
+    asks = options.threshold is not None
+    print(results.report(env_id, grid, found, threshold, asks))
+    if options.json:
+        results.write_json(options.json, head, grid, found)
+    if options.plot:
+        plots.write_plot(options.plot, title, env_id, grid, found, threshold)
     if options.worst:
-        print("\n" + grid_results.worst(episodes, options.worst, options))
+        print("\n" + results.worst(episodes, options.worst, options))
     return 0
 
 
@@ -266,46 +276,3 @@ def _title(options: argparse.Namespace, head: dict[str, Any], known: str, number
     world = f", world {known}" if known else ""
     plural = "s" if number_of > 1 else ""
     return f"{walker}{world}, policy {head['policy']}, {number_of} episode{plural}"
-
-
-def _report(
-    options: argparse.Namespace,
-    head: dict[str, Any],
-    world: World | Sequence[World],
-    episodes: Sequence[Episode],
-    threshold: float | None,
-) -> None:
-    """Prints the statistics of one world and writes the files."""
-    summary = results.summarise(episodes, threshold)
-    has_world = options.world is not None or bool(world)
-    known = ""
-    if has_world:
-        known = options.world or (range_text(world) if isinstance(world, dict) else "differs")
-    title = _title(options, head, known, len(episodes))
-    returns = [episode.episode_return for episode in episodes]
-    lines = [*results.report(summary, threshold), "", *results.histogram(returns)]
-    print("\n".join([title, "", *lines]))
-    if options.json:
-        beside = {"world": world} if has_world else {}
-        results.write_json(options.json, {**head, **beside}, summary, episodes)
-    if options.plot:
-        results.write_plot(options.plot, title, episodes, summary, threshold)
-
-
-def _report_grid(
-    options: argparse.Namespace,
-    head: dict[str, Any],
-    grid: Grid,
-    episodes: Sequence[Episode],
-    threshold: float | None,
-) -> None:
-    """Prints the table of a grid and writes the files."""
-    found = grid_results.summarise(grid, episodes, threshold)
-    known = grid.rows[0] if len(grid.rows) == 1 else ""
-    title = _title(options, head, known, len(found[0].episodes))
-    print(f"{title} in each of {len(found)} worlds\n")
-    print(grid_results.report(head["id"], grid, found, options.threshold))
-    if options.json:
-        grid_results.write_json(options.json, head, grid, found)
-    if options.plot:
-        grid_results.write_plot(options.plot, title, head["id"], grid, found)

@@ -1,46 +1,35 @@
-"""Results of episodes: statistics, histogram, CSV file and plot."""
+"""Results of episodes in one world or in a grid of worlds: statistics, text, JSON, and commands
+that repeat episodes."""
 
 from __future__ import annotations
 
-import contextlib
-import csv
+import argparse
 import dataclasses
-import importlib
-import io
 import json
 import math
+import shlex
 from collections import Counter
 from pathlib import Path
-from typing import Any, Callable, Iterable, NamedTuple, Sequence, TextIO
+from typing import Any, Callable, NamedTuple, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from walker_sim import _core
 from walker_sim.commands.episodes import Episode
-from walker_sim.commands.options import InputError
-from walker_sim.files import (
-    NOT_REPLACEABLE,
-    beside,
-    descriptor_of,
-    naming,
-    replace_figure,
-    replace_file,
-)
+from walker_sim.commands.grid import Cell, Grid
+from walker_sim.files import replace_file
+from walker_sim.worlds import text_of
 
 RESAMPLES = 10_000
 BINS = 12
 BAR = 40  # length of the longest bar [characters]
 METHOD = f"percentile bootstrap over seeds, {RESAMPLES:,} resamples"
-FIELDS = ("seed", "return", "length", "terminated", "truncated", "end")
-# Colours of Okabe and Ito's palette for colour blindness; the marks distinguish them in grey.
-ENDS = {
-    "arrived": ("#009E73", "o"),
-    "time limit": ("#0072B2", "s"),
-    "fell": ("#D55E00", "v"),
-    "terminated": ("#D55E00", "v"),
-    "failed": ("#000000", "x"),
-}
-MEAN = "#444444"
+FALLS = ("fell", "terminated")
+PLAIN = "plain"
+NOTES = f"""\
+plain is Gymnasium's world; difference: mean of a seed's return minus its return in plain
+intervals: 95 % confidence for the mean ({METHOD})"""
 
 
 class Summary(NamedTuple):
@@ -59,6 +48,17 @@ class Summary(NamedTuple):
     length_median: float
     length_least: int
     length_most: int
+
+
+class WorldResult(NamedTuple):
+    """Outcomes of the episodes in one world, the only one or one of a grid."""
+
+    cell: Cell | None  # None: the plain world, or the only one
+    episodes: Sequence[Episode]
+    summary: Summary
+    fell: float  # fraction of episodes that ended as fell or terminated
+    difference: float  # of the mean return to that in the plain world
+    difference_interval: tuple[float, float] | None  # 95 %, by pairs; None for a single seed
 
 
 def bootstrap_interval(values: NDArray[np.float64]) -> tuple[float, float]:
@@ -99,11 +99,56 @@ def summarise(episodes: Sequence[Episode], threshold: float | None) -> Summary:
     )
 
 
+def summarise_worlds(
+    grid: Grid | None, episodes: Sequence[Episode], threshold: float | None
+) -> list[WorldResult]:
+    """Returns the result of the only world, or the plain world's and then those of the cells.
+    `episodes`: all, in order."""
+    cells = [None, *(grid.cells if grid else [])]
+    count = len(episodes) // len(cells)
+    plain = np.array([episode.episode_return for episode in episodes[:count]])
+    found = []
+    for index, cell in enumerate(cells):
+        chosen = episodes[index * count : (index + 1) * count]
+        differences = np.array([episode.episode_return for episode in chosen]) - plain
+        summary = summarise(chosen, threshold)
+        found.append(
+            WorldResult(
+                *(cell, chosen, summary, sum(summary.ends.get(end, 0) for end in FALLS)),
+                float(differences.mean()),
+                bootstrap_interval(differences) if count > 1 else None,
+            )
+        )
+    return found
+
+
+def report(
+    env_id: str,
+    grid: Grid | None,
+    found: Sequence[WorldResult],
+    threshold: float | None,
+    asks_for_threshold: bool,
+) -> str:
+    """Returns the statistics and the histogram of one world, or a table with a line per world.
+
+    Parameters
+    ----------
+    threshold
+        Return whose share is reported, if it is not None; `asks_for_threshold`: in the table too.
+    """
+    if grid:
+        lines = _tabulate(env_id, grid, found, threshold if asks_for_threshold else None)
+    else:
+        returns = [episode.episode_return for episode in found[0].episodes]
+        lines = [*describe(found[0].summary, threshold), "", *histogram(returns)]
+    return "\n".join(lines)
+
+
 def rounded(value: float | None, digits: int = 1) -> str:
     return "-" if value is None else f"{value:,.{digits}f}"
 
 
-def report(summary: Summary, threshold: float | None) -> list[str]:
+def describe(summary: Summary, threshold: float | None) -> list[str]:
     s = summary
     interval = "none of one episode"
     if s.interval:
@@ -142,191 +187,102 @@ def histogram(returns: Sequence[float]) -> list[str]:
     return lines
 
 
+def _tabulate(
+    env_id: str, grid: Grid, found: Sequence[WorldResult], threshold: float | None
+) -> list[str]:
+    """Returns a table with a line per world. `threshold`: of a column with the fraction of returns
+    of at least this; None: no such column."""
+    has_rows = len(grid.rows) > 1
+    names = ["world"] * has_rows + [with_unit(env_id, axis.name) for axis in grid.axes]
+    columns = {
+        "mean": [rounded(one.summary.mean) for one in found],
+        "95 % interval": [_interval(one.summary.interval) for one in found],
+        "fell": [f"{one.fell:.1%}" for one in found],
+    }
+    if any("failed" in one.summary.ends for one in found):
+        columns["failed"] = [f"{one.summary.ends.get('failed', 0):.1%}" for one in found]
+    if threshold is not None:
+        columns[f">= {threshold:g}"] = [f"{one.summary.passes:.1%}" for one in found]
+    columns["difference"] = [f"{one.difference:+,.1f}" if one.cell else "" for one in found]
+    differences = [_interval(one.difference_interval) if one.cell else "" for one in found]
+
+    left = [names, [PLAIN] + [""] * (len(names) - 1)]
+    for cell in grid.cells:
+        left.append([cell.row] * has_rows + [*map(short, cell.values)])
+    right = [[*columns, "95 % interval"], *map(list, zip(*columns.values(), differences))]
+    table = zip(_aligned(left, str.ljust), _aligned(right, str.rjust))
+    lines = [f"  {first}  {second}".rstrip() for first, second in table]
+    return [*lines, "", NOTES, *filter(None, [grid.note])]
+
+
+def _aligned(rows: Sequence[Sequence[str]], align: Callable[[str, int], str]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows)]
+    return ["  ".join(map(align, row, widths)) for row in rows]
+
+
+def _interval(interval: tuple[float, float] | None) -> str:
+    return "-" if interval is None else f"{rounded(interval[0])} to {rounded(interval[1])}"
+
+
+def short(value: float) -> str:
+    return f"{value:.12g}"
+
+
+def with_unit(env_id: str, name: str) -> str:
+    units = {one["name"]: one["unit"] for one in _core.world_parameters(env_id)}
+    return f"{name} [{units[name]}]" if units[name] else name
+
+
 def write_json(
-    path: Path, head: dict[str, Any], summary: Summary, episodes: Sequence[Episode]
+    path: Path, head: dict[str, Any], grid: Grid | None, found: Sequence[WorldResult]
 ) -> None:
-    """Writes `head`, the summary, the interval's method, and the episodes under ``outcomes``."""
-    outcomes = outcomes_of(episodes)
-    fields = {**head, **summary._asdict(), "interval_method": METHOD, "outcomes": outcomes}
+    """Writes `head`, the intervals' method, and the result of the only world; or the axes, the
+    plain world's result and those of the cells."""
+    first, *cells = [_fields(grid, one) for one in found]
+    fields: dict[str, Any] = {**head, "interval_method": METHOD}
+    if grid:
+        axes = {axis.name: axis.values for axis in grid.axes}
+        fields.update(grid=axes, plain=first, cells=cells)
+    else:
+        fields.update(first)
     replace_file(path, (json.dumps(fields, indent=1) + "\n").encode())
 
 
-def outcomes_of(episodes: Iterable[Episode]) -> list[dict[str, Any]]:
-    """Returns the fields of episodes that the JSON has."""
-    outcomes = []
-    for episode in episodes:
-        outcome = dataclasses.asdict(episode)
-        del outcome["order"], outcome["steps"]
-        if not episode.world:
-            del outcome["world"]
-        outcome["return"] = outcome.pop("episode_return")
-        outcomes.append(outcome)
-    return outcomes
+def _fields(grid: Grid | None, one: WorldResult) -> dict[str, Any]:
+    fields: dict[str, Any] = {}
+    if grid and one.cell:
+        if one.cell.row:
+            fields["base"] = one.cell.row
+        fields["values"] = {axis.name: value for axis, value in zip(grid.axes, one.cell.values)}
+        fields["world"] = one.cell.world
+        fields["difference"] = one.difference
+        fields["difference_interval"] = one.difference_interval
+    outcomes = [_outcome(episode) for episode in one.episodes]
+    return {**fields, **one.summary._asdict(), "fell": one.fell, "outcomes": outcomes}
 
 
-class Table:
-    """CSV file that has only whole lines at any time, in the order in which episodes end.
-
-    Parameters
-    ----------
-    path
-        The file. If it exists already, the lines go to the file `written` beside it until `finish`,
-        unless its folder is not writable. If it is a pipe or a file descriptor, `finish` writes all
-        lines (`is_stream`).
-    info_names, world_names
-        Columns besides those of every walker: of infos, and of the parameters of the world.
-    world_of
-        Returns an episode's text for a first column ``world``; None: there is no such column.
-    """
-
-    def __init__(
-        self,
-        path: Path,
-        info_names: Sequence[str],
-        world_names: Sequence[str] = (),
-        world_of: Callable[[Episode], str] | None = None,
-    ) -> None:
-        self._info_names, self._world_names = info_names, world_names
-        self._world_of = world_of
-        self._path = self.written = path
-        number = descriptor_of(path)
-        if number is None and path.is_file():
-            path.open("a").close()  # must be writable, which `finish` would find out after hours
-            self.written = beside(path)
-            try:
-                self.written.touch()
-            except OSError as error:
-                if error.errno not in NOT_REPLACEABLE:
-                    raise
-                self.written = path
-        # Flushes after each line.
-        file = self.written if number is None else number
-        self._file = open(file, "w", 1, "utf-8", newline="", closefd=number is None)
-        self.is_stream = number is not None or not self._file.seekable()
-        if self.is_stream:
-            return
-        try:
-            self._write(self._file, [self._head()])
-        except OSError:
-            if self.written.is_file():
-                with contextlib.suppress(OSError):
-                    self.written.unlink()
-            raise
-
-    def add(self, episode: Episode) -> None:
-        if not self.is_stream:
-            self._write(self._file, [self._row_of(episode)])
-
-    def finish(self, episodes: Iterable[Episode]) -> None:
-        """Replaces the file by one that has the same episodes in this order."""
-        rows: list[Sequence[object]] = [self._head(), *map(self._row_of, episodes)]
-        if self.is_stream:
-            self._write(self._file, rows)
-            self._file.close()
-            return
-        self._file.close()
-        text = io.StringIO(newline="")
-        self._write(text, rows)
-        replace_file(self._path, text.getvalue().encode())
-        if self.written != self._path:
-            self.written.unlink()
-
-    def _write(self, file: TextIO, rows: Iterable[Sequence[object]]) -> None:
-        with naming(self.written):
-            csv.writer(file, lineterminator="\n").writerows(rows)
-
-    def _head(self) -> list[str]:
-        first = ["world"] if self._world_of else []
-        return [*first, *FIELDS, *self._info_names, *self._world_names, "error"]
-
-    def _row_of(self, episode: Episode) -> list[object]:
-        """Returns a row; absent info is empty."""
-        info = [episode.info.get(name, "") for name in self._info_names]
-        world = [episode.world.get(name, "") for name in self._world_names]
-        outcome = (episode.terminated, episode.truncated, episode.end)
-        row = (episode.seed, episode.episode_return, episode.length, *outcome)
-        first = [self._world_of(episode)] if self._world_of else []
-        return [*first, *row, *info, *world, episode.error]
+def _outcome(episode: Episode) -> dict[str, Any]:
+    outcome = dataclasses.asdict(episode)
+    del outcome["order"], outcome["steps"]
+    if not episode.world:
+        del outcome["world"]
+    outcome["return"] = outcome.pop("episode_return")
+    return outcome
 
 
-def make_figure(**keywords: Any) -> Any:
-    """Makes a matplotlib figure without pyplot, i.e. without global state or a display."""
-    try:
-        return importlib.import_module("matplotlib.figure").Figure(**keywords)
-    except ImportError as error:
-        raise InputError(f"--plot needs matplotlib: pip install matplotlib ({error})") from error
-
-
-def check_format(path: Path) -> None:
-    """Raises InputError if matplotlib cannot write this file format."""
-    formats = sorted(make_figure().canvas.get_supported_filetypes())
-    if path.suffix[1:] not in formats:
-        raise InputError(f"--plot {path}: must end in .{', .'.join(formats)}")
-
-
-def write_plot(
-    path: Path,
-    title: str,
-    episodes: Sequence[Episode],
-    summary: Summary,
-    threshold: float | None,
-) -> None:
-    """Plots returns in the order of the seeds, and beside it their histogram."""
-    figure = make_figure(figsize=(10, 4.5), layout="constrained")
-    by_seed, spread = figure.subplots(1, 2, sharey=True, width_ratios=[2, 1])
-    figure.suptitle(title, fontsize="medium")
-    returns = np.array([episode.episode_return for episode in episodes])
-    kinds = [end for end in ENDS if end in summary.ends]
-    order = np.arange(len(episodes))
-    chosen = {end: np.array([episode.end == end for episode in episodes]) for end in kinds}
-
-    for end in kinds:
-        color, mark = ENDS[end]
-        label = f"{end} {summary.ends[end]:.1%}"
-        at = order[chosen[end]], returns[chosen[end]]
-        by_seed.scatter(*at, s=18, color=color, marker=mark, label=label, alpha=0.85)
-    margin = 0.5 + len(episodes) / 100
-    by_seed.set(xlabel="seed", ylabel="return", xlim=(-margin, len(episodes) - 1 + margin))
-    seeds = {index: str(episode.seed) for index, episode in enumerate(episodes)}
-    by_seed.xaxis.set_major_formatter(lambda position, _: seeds.get(round(position), ""))
-    by_seed.xaxis.get_major_locator().set_params(integer=True)
-
-    spanned = returns[:1] if are_equal(returns.tolist()) else returns
-    bins = np.histogram_bin_edges(spanned, min(40, max(20, len(returns) // 4)))
-    spread.hist(
-        [returns[chosen[end]] for end in kinds],
-        bins,
-        stacked=True,
-        edgecolor="white",
-        linewidth=0.5,
-        orientation="horizontal",
-        color=[ENDS[end][0] for end in kinds],
-        alpha=0.85,
-    )
-    spread.set(xlabel="episodes")
-    spread.xaxis.get_major_locator().set_params(integer=True)
-    for axes in (by_seed, spread):
-        _draw_mean(axes, summary, threshold)
-    figure.legend(
-        *by_seed.get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=len(kinds) + 3,
-        fontsize="small",
-        frameon=False,
-    )
-    replace_figure(path, figure, dpi=150)
-
-
-def _draw_mean(axes: Any, summary: Summary, threshold: float | None) -> None:
-    label = f"mean {summary.mean:,.1f}"
-    if summary.interval:
-        low, high = summary.interval
-        axes.axhspan(low, high, color=MEAN, alpha=0.18, linewidth=0, zorder=0)
-        label += f", 95 % {low:,.1f} to {high:,.1f}"
-    axes.axhline(summary.mean, color=MEAN, linewidth=1.2, label=label)
-    label = f"median {summary.median:,.1f}"
-    axes.axhline(summary.median, color=MEAN, linewidth=1.0, linestyle=":", label=label)
-    if threshold is not None and threshold <= 1.2 * summary.most:
-        label = f"threshold {threshold:g}"
-        axes.axhline(threshold, color="#999999", linewidth=1.0, linestyle="--", label=label)
-    axes.spines[["top", "right"]].set_visible(False)
+def worst(episodes: Sequence[Episode], count: int, options: argparse.Namespace) -> str:
+    """Returns commands that show the episodes with the least returns, in the worlds that these have
+    drawn."""
+    lines = []
+    for episode in sorted(episodes, key=lambda one: (one.episode_return, one.order))[:count]:
+        words = ["play", *options.walker, "--policy", options.policy]
+        if options.normalization:
+            words += ["--normalization", str(options.normalization)]
+        words += ["--seeds", str(episode.seed)]
+        if episode.world:
+            words += ["--world", text_of(episode.world)]
+        lines += [
+            f"  return {rounded(episode.episode_return)}, {episode.length} steps, {episode.end}:",
+            f"    {shlex.join(['python3', '-m', 'walker_sim', *words])}",
+        ]
+    return "\n".join(["worst episodes:", *lines])
