@@ -9,7 +9,8 @@ endfunction()
 
 walker_sim_sources(core_sources base simd robots episode policy client)
 list(REMOVE_ITEM core_sources ${box2d_sources})
-list(FILTER core_sources EXCLUDE REGEX "/kernel/(generate_constants|kernel_(sse2|avx2|avx512|neon))[.]cpp$")
+list(FILTER core_sources EXCLUDE REGEX
+  "/(compile_model|kernel/(generate_constants|kernel_(sse2|avx2|avx512|neon)))[.]cpp$")
 list(APPEND core_sources ${model_constants} ${mujoco_kernel_lists} ${hopper_kernels} ${walker2d_kernels}
   ${bipedal_walker_kernels})
 

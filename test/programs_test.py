@@ -58,7 +58,7 @@ def test_describe_names_the_engine():
     assert re.fullmatch(r"Box2D 2\.3\.0 \(.+\), stepped by the (kernel for|library:) .*", engine)
 
 
-@pytest.mark.parametrize("name", [*NODES, "libwalker_sim_core.so", "_core"])
+@pytest.mark.parametrize("name", [*NODES, "compile_model", "libwalker_sim_core.so", "_core"])
 def test_binaries_are_hardened(name):
     file = PROGRAMS / name
     if name == "libwalker_sim_core.so":

@@ -18,6 +18,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 
 import gymnasium
@@ -66,6 +67,19 @@ def check_files():
         libraries[1:] == ["walker_sim/libmujoco.so.2.2.2"] and "/_core." in libraries[0],
         f"the wheel has the libraries {libraries}",
     )
+
+
+def check_models():
+    """The program that compiles a user's model answers."""
+    with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+        file.write("no model")
+        file.flush()
+        try:
+            gymnasium.make("walker_sim/Walker2d-v5", xml_file=file.name)
+            text = "it is no error"
+        except ValueError as error:
+            text = str(error)
+    check("XML parse error" in text, f"a file that is no model: {text}")
 
 
 def play(episode, **options):
@@ -147,6 +161,7 @@ def main():
         f"= glibc {platform.libc_ver()[1]}, NumPy {np.__version__}, "
         f"Gymnasium {gymnasium.__version__}, walker_sim {walker_sim.__version__}"
     )
+    check_models()
     check_episodes()
     check_pictures(arguments[0])
     for program in ("pass", "import gymnasium", "import walker_sim"):

@@ -101,6 +101,7 @@ print({line.split()[-1] for line in open("/proc/self/maps") if "mujoco" in line}
 
 
 def test_episodes_and_pictures_in_process():
+    try_wheel.check_models()
     try_wheel.check_episodes()
     try_wheel.check_pictures("drawn")
 

@@ -1,29 +1,19 @@
 #include "robots/mujoco/compile_apart.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
+#include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <cstdint>
-#include <cstdlib>
-#include <cstring>
 #include <ctime>
-#include <exception>
 #include <filesystem>
-#include <fstream>
-#include <locale>
-#include <new>
-#include <set>
 #include <stdexcept>
-#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -33,174 +23,32 @@
 namespace walker::mujoco {
 namespace {
 
-/// Precedes the child's message.
-struct Heading {
-  std::uint64_t is_model;  ///< 0: the message is the reason why there is no model
-  std::uint64_t size;      ///< [bytes]
-};
-
-// ---------------------------------------------------------------- the child
-
-void limit(int resource, std::size_t most) {
-  rlimit limits{};
-  getrlimit(resource, &limits);
-  limits.rlim_cur = std::min<rlim_t>(most, limits.rlim_max);
-  setrlimit(resource, &limits);
+[[noreturn]] void fail(int error, const std::string& what) {
+  throw std::system_error(error, std::generic_category(),
+                          "MuJoCo's compiler gets no process of its own: " + what);
 }
 
-/// Size of this process's address space [bytes]; 0: unknown.
-std::size_t address_space() {
-  std::size_t pages = 0;
-  std::ifstream file("/proc/self/statm");
-  file.imbue(std::locale::classic());
-  file >> pages;
-  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+/// Returns the folder of the file that has this code: a library, the Python extension or a program,
+/// whose name need not be a path.
+std::filesystem::path find_folder() {
+  Dl_info where{};
+  static const char kHere = 0;
+  std::error_code error;
+  std::filesystem::path file;
+  if (dladdr(&kHere, &where) != 0) file = std::filesystem::absolute(where.dli_fname, error);
+  if (!exists(file, error)) file = std::filesystem::read_symlink("/proc/self/exe", error);
+  return file.parent_path();
 }
 
-/// Undoes the host's set-up in the child: it prints nothing, dumps no core, runs none of the host's
-/// exit handlers, and dies with the host.
-void become_quiet(const CompileLimits& limits) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  for (int number = 1; number < NSIG; ++number) {
-    std::signal(number, number == SIGINT ? SIG_IGN : SIG_DFL);  // the host handles Ctrl-C
+const std::filesystem::path kFolder = find_folder();  // before the working directory changes
+
+std::filesystem::path find_program() {
+  for (const char* const way : {WALKER_SIM_WAYS_TO_PROGRAMS}) {
+    std::filesystem::path program = kFolder / way / "compile_model";
+    if (access(program.c_str(), X_OK) == 0) return program;
   }
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
-  std::locale::global(std::locale::classic());  // MuJoCo may parse numbers with streams
-  std::atexit([] { _exit(EXIT_FAILURE); });     // runs before handlers registered earlier
-  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  for (int standard = 0; standard <= STDERR_FILENO; ++standard) dup2(nowhere, standard);
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, limits.processor_seconds);
-  const std::size_t used = address_space();
-  if (used > 0) limit(RLIMIT_AS, used + limits.memory);
+  fail(ENOENT, (kFolder / "compile_model").string());
 }
-
-void write_all(int file, const void* bytes, std::size_t size) {
-  const auto* from = static_cast<const char*>(bytes);
-  while (size > 0) {
-    const ssize_t written = ::write(file, from, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) _exit(EXIT_FAILURE);  // the parent has closed the pipe
-    from += written;
-    size -= static_cast<std::size_t>(written);
-  }
-}
-
-void tell(int file, const Heading& heading, const void* bytes) {
-  write_all(file, &heading, sizeof(heading));
-  write_all(file, bytes, heading.size);
-}
-
-constexpr auto npos = std::string_view::npos;
-
-/// Returns the file's text, truncated after the first block that exceeds `max_bytes`.
-std::string read_text(const std::filesystem::path& path, std::size_t max_bytes) {
-  std::string text;
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, std::size_t{1} << 16U> block{};
-  while (text.size() <= max_bytes && (file.read(block.data(), block.size()), file.gcount() > 0)) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-  }
-  return text;
-}
-
-/// @param tag without its brackets, such as: include file="NAME"
-/// @return NAME; empty if the tag includes no file
-std::string_view included_file(std::string_view tag) {
-  constexpr std::string_view kInclude = "include";
-  if (tag.size() <= kInclude.size() || tag.substr(0, kInclude.size()) != kInclude) return {};
-  tag.remove_prefix(kInclude.size());
-  const std::size_t file =
-      std::isspace(static_cast<unsigned char>(tag[0])) != 0 ? tag.find("file") : npos;
-  if (file == npos) return {};
-  const std::size_t begin = tag.find_first_of("\"'", file);
-  if (begin == npos) return {};
-  const std::size_t end = tag.find(tag[begin], begin + 1);
-  return end == npos ? std::string_view() : tag.substr(begin + 1, end - begin - 1);
-}
-
-/// Counts a text's elements, and appends the names of the files that it includes.
-std::size_t count_elements(std::string_view text, std::vector<std::string>& included) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find('<'); at != npos; at = text.find('<', at)) {
-    text.remove_prefix(at + 1);
-    at = 0;
-    if (text.substr(0, 3) == "!--") {
-      at = text.find("-->");
-    } else if (!text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0) {
-      ++count;
-      const std::string_view name = included_file(text.substr(0, text.find('>')));
-      if (!name.empty()) included.emplace_back(name);
-    }
-    if (at == npos) break;
-  }
-  return count;
-}
-
-/// Checks the size of a file and the files that it includes, in its directory; unreadable ones are
-/// ignored. MuJoCo's compile time grows with the square of the number of elements.
-/// @throws std::runtime_error naming the size and the limit
-void check_size(const std::filesystem::path& path, const CompileLimits& limits) {
-  std::size_t num_bytes = 0;
-  std::size_t num_elements = 0;
-  std::vector<std::string> files{path.filename()};
-  std::set<std::string> known;
-  while (!files.empty() && num_bytes <= limits.bytes) {
-    const std::string file = files.back();
-    files.pop_back();
-    if (!known.insert(file).second) continue;  // MuJoCo rejects a file that is included twice
-    const std::string text = read_text(path.parent_path() / file, limits.bytes - num_bytes);
-    num_bytes += text.size();
-    num_elements += count_elements(text, files);
-  }
-  if (num_elements > limits.elements) {
-    throw std::runtime_error("has " + std::to_string(num_elements) +
-                             " elements, included files counted; must have at most " +
-                             std::to_string(limits.elements));
-  }
-  if (num_bytes > limits.bytes) {
-    throw std::runtime_error("has, included files counted, more than " +
-                             std::to_string(limits.bytes) + " bytes");
-  }
-}
-
-/// @throws std::exception if MuJoCo rejects the model or runs out of memory
-std::vector<std::byte> compile(const std::string& path, const mjVFS* files) {
-  std::array<char, kMaxErrorBytes> message{};
-  const mjModel* const model = mj_loadXML(path.c_str(), files, message.data(), kMaxErrorBytes);
-  if (model == nullptr) throw std::runtime_error(message.data());
-  // Every user of a model starts with these calls, so its sizes must allow them.
-  mjData* const data = mj_makeData(model);
-  if (data == nullptr) throw std::runtime_error("its data cannot be made");
-  mj_forward(model, data);
-  const int size = mj_sizeModel(model);
-  if (size <= 0) throw std::bad_alloc();  // the size overflows an int
-  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
-  mj_saveModel(model, nullptr, bytes.data(), size);
-  return bytes;
-}
-
-[[noreturn]] void run_child(int file, const std::string& path, const CompileLimits& limits,
-                            const mjVFS* files) {
-  become_quiet(limits);
-  try {
-    try {
-      if (files == nullptr) check_size(path, limits);
-      const std::vector<std::byte> model = compile(path, files);
-      tell(file, {1, model.size()}, model.data());
-    } catch (const std::bad_alloc&) {
-      throw std::runtime_error("it needs more than " + std::to_string(limits.memory >> 20U) +
-                               " MiB of memory");
-    }
-  } catch (const std::exception& error) {
-    tell(file, {0, std::strlen(error.what())}, error.what());
-  }
-  _exit(EXIT_SUCCESS);
-}
-
-// ---------------------------------------------------------------- the parent
 
 /// CPU time of a process [s]; negative: it has ended.
 double processor_time(pid_t process) {
@@ -224,25 +72,37 @@ struct Pipe {
   }
 };
 
-/// The child process; the destructor kills and reaps it.
-class Child {
+/// The process of the program; the destructor kills and reaps it.
+class Compiler {
  public:
   /// @throws std::system_error
-  Child(const std::string& path, const CompileLimits& limits, const mjVFS* files)
+  Compiler(const std::string& path, const CompileLimits& limits, const std::string* text)
       : limits_(limits) {
-    if (pipe2(pipe_.ends.data(), O_CLOEXEC) != 0) fail("pipe");
+    if (pipe2(pipe_.ends.data(), O_CLOEXEC) != 0) fail(errno, "pipe");
     for (int& end : pipe_.ends) {
-      end = above_standard(end);  // the child redirects the standard ones
-      if (end < 0) fail("pipe");
+      end = above_standard(end);  // the program's standard ones must not be these
+      if (end < 0) fail(errno, "pipe");
     }
-    process_ = fork();
-    if (process_ < 0) fail("fork");
-    if (process_ == 0) run_child(pipe_.ends[1], path, limits, files);
+    Pipe others;
+    auto& [nowhere, content] = others.ends;
+    nowhere = above_standard(::open("/dev/null", O_RDWR | O_CLOEXEC));
+    if (nowhere < 0) fail(errno, "/dev/null");
+    if (text != nullptr) {
+      content = above_standard(memfd_create("model", MFD_CLOEXEC));
+      if (content < 0 ||
+          pwrite(content, text->data(), text->size(), 0) != static_cast<ssize_t>(text->size())) {
+        fail(errno, "memfd");
+      }
+    }
+    spawn({find_program().string(), path, text != nullptr ? "text" : "file",
+           std::to_string(limits.memory), std::to_string(limits.processor_seconds),
+           std::to_string(limits.elements), std::to_string(limits.bytes)},
+          {text != nullptr ? content : nowhere, pipe_.ends[1], nowhere});
     ::close(std::exchange(pipe_.ends[1], -1));
   }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-  ~Child() {
+  Compiler(const Compiler&) = delete;
+  Compiler& operator=(const Compiler&) = delete;
+  ~Compiler() {
     if (process_ > 0) kill(process_, SIGKILL);
     end();
   }
@@ -261,10 +121,10 @@ class Child {
     return true;
   }
 
-  /// Whether `read_all` failed because the child was idle.
+  /// Whether `read_all` failed because the program was idle.
   bool is_idle() const { return is_idle_; }
 
-  /// Why the child's message is incomplete. Requires that `read_all` has returned false.
+  /// Why the message is incomplete. Requires that `read_all` has returned false.
   std::string end_text() {
     if (is_idle_) {
       return "it waited for " + std::to_string(limits_.idle_seconds) +
@@ -282,13 +142,38 @@ class Child {
   }
 
  private:
-  [[noreturn]] static void fail(const char* what) {
-    throw std::system_error(errno, std::generic_category(),
-                            std::string("MuJoCo's compiler gets no process of its own: ") + what);
+  /// @param standard the program's standard input, output and error
+  void spawn(std::vector<std::string> words, const std::array<int, 3>& standard) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t files;
+    posix_spawn_file_actions_init(&files);
+    for (int i = 0; i <= STDERR_FILENO; ++i) {
+      posix_spawn_file_actions_adddup2(&files, standard[static_cast<std::size_t>(i)], i);
+    }
+    // The host may have blocked or ignored signals.
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    sigset_t signals;
+    sigemptyset(&signals);
+    posix_spawnattr_setsigmask(&attributes, &signals);
+    sigfillset(&signals);
+    sigdelset(&signals, SIGKILL);
+    sigdelset(&signals, SIGSTOP);
+    posix_spawnattr_setsigdefault(&attributes, &signals);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+    const int error =
+        posix_spawn(&process_, arguments[0], &files, &attributes, arguments.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    if (error == 0) return;
+    process_ = -1;
+    fail(error, words[0]);
   }
 
   /// Waits for data or EOF.
-  /// @return false if the child is idle
+  /// @return false if the program is idle
   /// @throws Interrupted
   bool wait() {
     using Clock = std::chrono::steady_clock;
@@ -310,7 +195,7 @@ class Child {
     return false;
   }
 
-  /// Reaps the child.
+  /// Reaps the process.
   /// @return its status; 0 if the host has reaped it already
   int end() {
     int status = 0;
@@ -329,28 +214,19 @@ class Child {
 }  // namespace
 
 std::vector<std::byte> compile_apart(const std::string& path, const CompileLimits& limits,
-                                     const mjVFS* files) {
-  // A forked child inherits the locks that other threads hold, and nothing releases them there. If
-  // another thread throws during the fork, a child that throws may deadlock: before 2.35, glibc
-  // looks up frames under a lock (seen once, with 2.31). A second fork happens at another moment.
-  constexpr int kAttempts = 2;
-  std::string reason;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    Child child(path, limits, files);
-    Heading heading{};
-    std::vector<std::byte> content;
-    if (child.read_all(&heading, sizeof(heading))) {
-      content.resize(heading.size);
-      if (child.read_all(content.data(), content.size())) {
-        if (heading.is_model != 0) return content;
-        throw std::runtime_error(
-            std::string(reinterpret_cast<const char*>(content.data()), content.size()));
-      }
+                                     const std::string* text) {
+  Compiler compiler(path, limits, text);
+  CompileHeading heading{};
+  std::vector<std::byte> message;
+  if (compiler.read_all(&heading, sizeof(heading))) {
+    message.resize(heading.size);
+    if (compiler.read_all(message.data(), message.size())) {
+      if (heading.is_model != 0) return message;
+      throw std::runtime_error(
+          std::string(reinterpret_cast<const char*>(message.data()), message.size()));
     }
-    reason = child.end_text();
-    if (!child.is_idle()) break;
   }
-  throw std::runtime_error(reason);
+  throw std::runtime_error(compiler.end_text());
 }
 
 }  // namespace walker::mujoco

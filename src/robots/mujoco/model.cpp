@@ -73,9 +73,9 @@ ModelPointer load(const std::vector<std::byte>& bytes) {
 
 ModelPointer compile_builtin(const std::string& name) {
   const std::string& text = builtin_models().at(name);
-  const auto files = virtual_file(name, text.data(), text.size());
   // The distribution's MuJoCo parses numbers with streams, which use the global locale.
-  if (std::locale() != std::locale::classic()) return load(compile_apart(name, {}, files.get()));
+  if (std::locale() != std::locale::classic()) return load(compile_apart(name, {}, &text));
+  const auto files = virtual_file(name, text.data(), text.size());
   static std::mutex mutex;  // MuJoCo's compiler has global state
   const std::lock_guard<std::mutex> lock(mutex);
   std::array<char, kMaxErrorBytes> message{};
@@ -116,7 +116,7 @@ void check_settings(const mjModel& model) {
   }
 }
 
-/// Parses the file in a child process. This process loads only what MuJoCo has compiled there.
+/// Parses the file in a process of its own. This process loads only what MuJoCo has compiled there.
 ModelPointer compile_file(const std::string& xml_file) {
   if (xml_file.find('\0') != std::string::npos) {
     throw std::runtime_error("must not have a zero byte");

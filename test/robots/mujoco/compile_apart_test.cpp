@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
-#include <pthread.h>
 #include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/wait.h>
@@ -264,43 +263,16 @@ TEST_F(CompileApartTest, ACompilationIsInterrupted) {
   ::close(writer);
 }
 
-std::atomic<bool> children_are_late{false};  // NOLINT
-
 /// A host's interval timer may interrupt every wait.
 TEST_F(CompileApartTest, SignalsDoNotUseUpTheIdleTime) {
-  const auto in_child = [] {
-    constexpr useconds_t kLate = 500000;  // [us]
-    if (children_are_late) usleep(kLate);
-  };
-  ASSERT_EQ(pthread_atfork(nullptr, nullptr, in_child), 0);
   const auto before = std::signal(SIGALRM, [](int) {});
   const itimerval often{{0, 1000}, {0, 1000}};
   const itimerval never{};
-  children_are_late = true;
   setitimer(ITIMER_REAL, &often, nullptr);
   const std::string message = message_of<std::runtime_error>([&] { compile_apart(walker_); });
   setitimer(ITIMER_REAL, &never, nullptr);
-  children_are_late = false;
   std::signal(SIGALRM, before);
   EXPECT_EQ(message, "nothing thrown");
-}
-
-/// Number of forked children that block forever, as on a lock held by another thread of the host.
-std::atomic<int> waiting_children{0};  // NOLINT
-
-TEST_F(CompileApartTest, AChildThatWaitsForALockHasASuccessor) {
-  const auto in_parent = [] { waiting_children = std::max(0, waiting_children - 1); };
-  const auto in_child = [] {
-    while (waiting_children > 0) pause();
-  };
-  ASSERT_EQ(pthread_atfork(nullptr, in_parent, in_child), 0);
-  waiting_children = 1;
-  EXPECT_GT(compile_apart(walker_, small_limits()).size(), 0U);
-  waiting_children = 2;
-  const std::string message =
-      message_of<std::runtime_error>([&] { compile_apart(walker_, small_limits()); });
-  EXPECT_TRUE(has(message, "it waited for 2 s")) << message;
-  EXPECT_EQ(waiting_children, 0);
 }
 
 TEST_F(CompileApartTest, AHostThatWantsNoChildrenMayCompile) {
