@@ -4,7 +4,7 @@ if(WALKER_SIM_ROS)
     ARCHIVE DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
     LIBRARY DESTINATION ${CATKIN_PACKAGE_LIB_DESTINATION}
     RUNTIME DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
-  install(TARGETS ${node_targets} walker_sim_compile_model
+  install(TARGETS walker_sim_compile_model ${node_targets}
     RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
   if(TARGET walker_sim_rviz_plugins)
     install(TARGETS walker_sim_rviz_plugins
@@ -28,7 +28,7 @@ if(WALKER_SIM_ROS)
   install(FILES ${mujoco_licences}
     DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION}/licenses/mujoco)
 elseif(SKBUILD)
-  install(TARGETS walker_sim_python walker_sim_compile_model
+  install(TARGETS walker_sim_compile_model walker_sim_python
     LIBRARY DESTINATION walker_sim RUNTIME DESTINATION walker_sim)
   # walker_sim/files.py expects them there.
   install(DIRECTORY assets/policies DESTINATION walker_sim/share/assets)
