@@ -114,14 +114,31 @@ class VectorWalkers(GroupWalkers):
             self.reset(ended)
 
 
-class AsynchronousWalkers(VectorWalkers):
-    """A vector environment whose walkers are received one by one."""
+class PartsOfWalkers(VectorWalkers):
+    """A vector environment that steps its walkers in two parts."""
 
     def step(self, actions):
-        self.envs.send(np.array(actions, np.float32))
+        for part in ([2, 0], np.array([1])):
+            self.step_part(np.array(actions, np.float32)[part], part)
+
+    def step_part(self, actions, part):
+        self.add_rows(part, *self.envs.step(actions, part))
+
+    def refuse_step(self, walker, actions):
+        self.step_part(np.array(actions, np.float32), ALL)
+
+
+class AsynchronousWalkers(PartsOfWalkers):
+    """A vector environment whose walkers are sent in two parts and received one by one."""
+
+    def step(self, actions):
+        super().step(actions)
         for _ in range(NUM_WALKERS):
             outcome = self.envs.recv()
             self.add_rows([*outcome[-1]["env_id"]], *outcome)
+
+    def step_part(self, actions, part):
+        self.envs.send(actions, part)
 
 
 def row_of(infos, row):

@@ -4,7 +4,12 @@ import copy
 import functools
 
 import pytest
-from gymnasium_interfaces import AsynchronousWalkers, SingleWalkers, VectorWalkers
+from gymnasium_interfaces import (
+    AsynchronousWalkers,
+    PartsOfWalkers,
+    SingleWalkers,
+    VectorWalkers,
+)
 from promises import CASES, NUM_WALKERS, SCRIPTS, check, has_states, oracle, play, write_model
 from walker_sim import WalkerEnv
 from walkers import MODES, make_many, make_ours, through_pickle
@@ -19,9 +24,9 @@ def vector(mode, case, keywords, copied=None):
     return VectorWalkers(case, envs, keywords, copied)
 
 
-def asynchronous(case, keywords):
-    envs = make_many(case.env_id, NUM_WALKERS, batch_size=1, num_threads=2, **keywords)
-    return AsynchronousWalkers(case, envs, keywords)
+def parts(kind, mode, batch_size, case, keywords):
+    options = {"autoreset_mode": mode, "batch_size": batch_size, "num_threads": 2, **keywords}
+    return kind(case, make_many(case.env_id, NUM_WALKERS, **options), keywords)
 
 
 def restored(environment):
@@ -44,7 +49,14 @@ INTERFACES = {
     **{f"make_vec_{mode}": functools.partial(vector, mode) for mode in MODES},
     "make_vec_pickle": functools.partial(vector, "same_step", copied=through_pickle),
     "make_vec_deepcopy": functools.partial(vector, MODES[0], copied=copy.deepcopy),
-    "send_recv": asynchronous,
+    **{
+        f"{name}_{mode}": functools.partial(parts, kind, mode, batch_size)
+        for mode in MODES[:2]
+        for name, kind, batch_size in (
+            ("step_some", PartsOfWalkers, NUM_WALKERS),
+            ("send_recv", AsynchronousWalkers, 1),
+        )
+    },
 }
 CELLS = [
     (interface, case, script)
