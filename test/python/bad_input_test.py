@@ -22,52 +22,33 @@ ROBOTS_MODES = "must be None or one of human, rgb_array, depth_array, rgbd_tuple
 KEYWORDS = {
     "Walker2d-v5": [
         ("healthy_reward", HUGE, ValueError, "= 1000000", "between -1.8e+308 and"),
-        ("healthy_reward", -HUGE, ValueError, "= -100000", "between -1.8e+308 and"),
         ("healthy_reward", LONGER, ValueError, "= (of type int, too long", "must be a"),
         ("healthy_reward", None, TypeError, "= None", TYPES),
-        ("healthy_reward", 1j, TypeError, "= 1j", TYPES),
         ("healthy_reward", object, TypeError, "= <class", TYPES),
         ("healthy_reward", b"1", TypeError, "= b'1'", TYPES),
         ("healthy_reward", np.longdouble(1), TypeError, "= ", TYPES),
         ("frame_skip", 1 << 63, ValueError, "= 9.223372036854776e+18", "integer in [1,"),
-        ("frame_skip", HUGE, ValueError, "= 10000000", "must be a number between"),
         ("healthy_z_range", (0, HUGE), ValueError, "= (0, 1000", "between -1.8e+308"),
-        ("healthy_z_range", "0.8", ValueError, "= 0.8", "must be a list of numbers"),
         ("healthy_z_range", {}, ValueError, "= []", "must be a list of 2 numbers"),
         ("healthy_z_range", (1, "2"), TypeError, "= (1, '2')", "a sequence of numbers"),
         ("healthy_z_range", itertools.count(), TypeError, "= count(", "a sequence of"),
-        ("healthy_z_range", [0] * 999, ValueError, "= [0.0, 0.0, 0.0", "list of 2"),
-        ("xml_file", "/no/such.xml", ValueError, "/no/such.xml", ""),
         ("xml_file", SURROGATE, ValueError, "= '\\udcff.xml'", "must be a text that UTF-8"),
         ("xml_file", pathlib.Path(SURROGATE), ValueError, "= '\\udcff.xml'", "UTF-8 can encode"),
-        ("xml_file", b"model.xml", TypeError, "= b'model.xml'", TYPES),
         ("xml_file", b"\xff" * 9999, TypeError, "= b'\\xff\\xff", TYPES),
-        ("xml_file", "x" * 99999, ValueError, "= xxxxxx", "99699 bytes left out"),
-        ("xml_file", "/dev/zero", ValueError, "= /dev/zero", "a regular one"),
-        ("no_such", HUGE, ValueError, "= 10000000", "unknown"),
         ("no_such", LONGER, ValueError, "= (of type int, too long", "unknown"),
         ("\udcff", 1, ValueError, "\\udcff", "unknown"),
         ("max_episode_steps", HUGE, ValueError, "= 1000000", "between"),
-        ("max_episode_steps", "long", (ValueError, TypeError), "= long", "must be an integer"),
         ("transport", "udp", ValueError, "= 'udp'", "must be one of inprocess, ros"),
-        ("transport", SURROGATE, ValueError, "= '\\udcff.xml'", "must be one of"),
-        ("transport", HUGE, ValueError, "= 100000", "must be one of"),
         ("transport", LONGER, ValueError, "= (of type int", "must be one of"),
         ("render_mode", "smoke", ValueError, "= 'smoke'", ROBOTS_MODES),
         ("render_mode", LONGER, ValueError, "= (of type int", "must be None or one of"),
-        ("width", 0, ValueError, "= 0", "must be"),
         ("width", HUGE, ValueError, "= 1000000", "between"),
         ("width", 10**9, ValueError, "= 1000000000", "in [1,"),
-        ("height", 1 << 20, ValueError, "= 1048576", "must be"),
-        ("max_geom", 0, ValueError, "= 0", "must be"),
         ("camera_id", 7, ValueError, "= 7", ""),
-        ("camera_name", "moon", ValueError, "moon", ""),
         ("camera_name", SURROGATE, ValueError, "= '\\udcff.xml'", "UTF-8"),
         ("default_camera_config", LONGER, TypeError, "= (of", "dictionary"),
         ("default_camera_config", {"zoom": 2}, ValueError, "zoom = 2", "must be one of dist"),
-        ("default_camera_config", {"distance": -1.0}, ValueError, "distance = -1", "must be"),
         ("default_camera_config", {"distance": HUGE}, ValueError, "distance = 1000", "between"),
-        ("default_camera_config", {"lookat": [0, 0]}, ValueError, "lookat", "must be"),
         ("default_camera_config", {"\udcff": 1}, ValueError, "\\udcff", "must be one of"),
     ],
     "Walker2d-v4": [
@@ -76,7 +57,6 @@ KEYWORDS = {
     ],
     "BipedalWalker-v3": [
         ("hardcore", None, TypeError, "= None", TYPES),
-        ("frame_skip", 4, ValueError, "= 4", "unknown"),
         ("camera_id", 0, ValueError, "= 0", "unknown"),
         ("render_mode", "depth_array", ValueError, "= 'depth_array'", "one of human, rgb_array"),
     ],
@@ -100,7 +80,10 @@ def rows(names, table):
     return pytest.mark.parametrize(names, table, ids=range(len(table)))
 
 
-def assert_names(refused, *words):
+def assert_refused(error, words, call, *arguments, **keywords):
+    """Asserts that a call raises a short error whose message contains these words."""
+    with pytest.raises(error) as refused:
+        call(*arguments, **keywords)
     text = str(refused.value)
     for word in words:
         assert word in text
@@ -113,15 +96,14 @@ def assert_names(refused, *words):
 @MAKERS
 @rows(("env_id", "name", "value", "error", "thing", "rule"), CASES)
 def test_keywords(maker, env_id, name, value, error, thing, rule):
-    with pytest.raises(error) as refused:
-        maker(env_id, **{name: value})
-    assert_names(refused, f"{name} {thing}" if thing.startswith("=") else thing, rule)
+    named = f"{name} {thing}" if thing.startswith("=") else thing
+    assert_refused(error, [named, rule], maker, env_id, **{name: value})
 
 
 @MAKERS
 def test_two_cameras(maker):
-    with pytest.raises(ValueError, match="only one of them can be given"):
-        maker(camera_id=0, camera_name="track")
+    words = ["only one of them can be given"]
+    assert_refused(ValueError, words, maker, camera_id=0, camera_name="track")
 
 
 @rows(
@@ -137,40 +119,29 @@ def test_two_cameras(maker):
 )
 @MAKERS
 def test_ids(maker, env_id, error, thing):
-    with pytest.raises(error) as refused:
-        maker(env_id)
-    assert_names(refused, f"environment {thing}")
+    assert_refused(error, [f"environment {thing}"], maker, env_id)
 
 
 COUNTS = [
     ({"num_envs": 0}, ValueError, "num_envs = 0: must be at least 1"),
-    ({"num_envs": HUGE}, ValueError, "num_envs = 1000000"),
     ({"num_envs": LONGER}, ValueError, "num_envs = (of type int"),
     ({"num_envs": -LONGER}, ValueError, "num_envs = (of type int"),
-    ({"num_envs": 1 << 64}, ValueError, "num_envs = 18446744073709551616"),
-    ({"num_envs": 1 << 62}, ValueError, "num_envs = 4611686018427387904"),
     ({"num_envs": 2**21}, ValueError, "num_envs = 2097152: must be in [1, 1048576]"),
     ({"num_envs": 1.0}, TypeError, "num_envs = 1.0: must be an integer"),
-    ({"num_envs": "2"}, TypeError, "num_envs = '2': must be an integer"),
-    ({"num_threads": HUGE}, ValueError, "num_threads = 1000000"),
     ({"num_threads": -1}, ValueError, "num_threads = -1: must be at least 0"),
-    ({"num_threads": "2"}, TypeError, "num_threads = '2': must be an integer"),
     ({"transport": "ros", "num_threads": 2}, ValueError, "num_threads = 2: over ROS"),
-    ({"batch_size": HUGE}, ValueError, "batch_size = 1000000"),
     ({"batch_size": -2}, ValueError, "batch_size = -2: must be at least 0"),
     ({"transport": "ros", "batch_size": 2}, ValueError, "batch_size = 2: over ROS"),
     ({"autoreset_mode": "never"}, ValueError, "autoreset_mode = 'never': must be next_step, s"),
     ({"autoreset_mode": 3}, ValueError, "autoreset_mode = 3: must be next_step, same_step or"),
     ({"autoreset_mode": LONGER}, ValueError, "autoreset_mode = (of type int"),
-    ({"autoreset_mode": SURROGATE}, ValueError, "autoreset_mode = '\\udcff"),
 ]
 
 
 @rows(("keywords", "error", "thing"), COUNTS)
 def test_keywords_of_vector_environments(keywords, error, thing):
-    with pytest.raises(error) as refused:
-        walker_sim.WalkerVectorEnv("Walker2d-v5", **{"num_envs": 1, **keywords})
-    assert_names(refused, thing, "must be")
+    keywords = {"num_envs": 1, **keywords}
+    assert_refused(error, [thing, "must be"], walker_sim.WalkerVectorEnv, "Walker2d-v5", **keywords)
 
 
 ADDRESSES = [
@@ -181,7 +152,6 @@ ADDRESSES = [
     ({"master_uri": 11311}, TypeError, "master_uri = 11311: must be a str"),
     ({"master_uri": SURROGATE}, ValueError, "master_uri = '\\udcff.xml'"),
     ({"master_uri": "http://localhost:11\x0011"}, ValueError, "http://localhost:11\\x0011"),
-    ({"timeout": HUGE}, ValueError, "timeout = 1000000"),
     ({"timeout": LONGER}, ValueError, "timeout = (of type int"),
     ({"timeout": "10"}, TypeError, "timeout = '10': must be a number of seconds"),
     ({"spin_us": -1}, ValueError, "spin_us = -1"),
@@ -193,9 +163,8 @@ ADDRESSES = [
 @rows(("address", "error", "thing"), ADDRESSES)
 @MAKERS
 def test_addresses_of_servers(maker, address, error, thing):
-    with pytest.raises(error) as refused:
-        maker(transport="ros", **{"master_uri": "http://localhost:1", **address})
-    assert_names(refused, thing, "must be")
+    address = {"master_uri": "http://localhost:1", **address}
+    assert_refused(error, [thing, "must be"], maker, transport="ros", **address)
 
 
 def begun(driver):
@@ -206,11 +175,6 @@ def begun(driver):
 @pytest.fixture(scope="module")
 def env():
     return begun(make())
-
-
-@pytest.fixture(scope="module")
-def bipedal_walker():
-    return begun(make("BipedalWalker-v3"))
 
 
 @pytest.fixture(scope="module")
@@ -259,48 +223,32 @@ def test_all_forms_of_numbers_are_accepted(env, vector, convert):
 NOT_NUMBERS = [
     (None, " = None: must hold numbers, not object"),
     ("up", " = 'up': must hold numbers, not <U2"),
-    (b"123456", "must hold numbers, not |S6"),
-    ({}, "must hold numbers, not object"),
     (object(), "must hold numbers, not object"),
-    ([HUGE] * 6, "must hold numbers, not object"),
     ([LONGER] * 6, "must hold numbers, not object"),
     ([[0, 1], [2]], "must be an array of shape"),
     ([[0.5], *[0] * 5], "must be an array of shape"),
     ([1j] * 6, "must hold numbers, not complex128"),
-    ([None] * 6, "must hold numbers, not object"),
-    (["1"] * 6, "must hold numbers, not <U1"),
     (np.zeros(6, "datetime64[s]"), "must hold numbers, not datetime64[s]"),
     (np.zeros(6, [("a", "f8")]), "must hold numbers, not [("),
     ("x" * 99999, "must hold numbers, not <U99999"),
 ]
 
 
-def single_actions(size, first, last):
-    zeros, rule = [0] * (size - 1), f"must have ({size},)"
-    return [
-        ([NAN, *zeros], f"action[0] ({first}) = nan; must be"),
-        ([*zeros, -INFINITY], f"action[{size - 1}] ({last}) = -inf; must be"),
-        (np.full(size, np.longdouble("1e400")), f"action[0] ({first}) = inf; must be"),
-        (np.zeros(size - 1), f"action has shape ({size - 1},); {rule}"),
-        (np.zeros(size + 1), f"action has shape ({size + 1},); {rule}"),
-        (np.zeros((1, size)), f"action has shape (1, {size}); {rule}"),
-        (np.zeros((size, 1)), f"action has shape ({size}, 1); {rule}"),
-        ([], f"action has shape (0,); {rule}"),
-        (np.float64(0), f"action has shape (); {rule}"),
-    ]
-
-
+SINGLE_ACTIONS = [
+    ([NAN, *[0] * 5], "action[0] (thigh_joint) = nan; must be"),
+    ([*[0] * 5, -INFINITY], "action[5] (foot_left_joint) = -inf; must be"),
+    (np.full(6, np.longdouble("1e400")), "action[0] (thigh_joint) = inf; must be"),
+    (np.zeros(5), "action has shape (5,); must have (6,)"),
+    (np.zeros((6, 1)), "action has shape (6, 1); must have (6,)"),
+    (np.float64(0), "action has shape (); must have (6,)"),
+]
 VECTOR_ACTIONS = [
     ([[0] * 6, [*[0] * 5, NAN]], "environment 1: action[5] (foot_left_joint) = nan; must be"),
     (np.zeros(12), "actions have shape (12,); must have (2, 6)"),
-    (np.zeros((6, 2)), "actions have shape (6, 2); must have (2, 6)"),
-    (np.zeros((1, 6)), "actions have shape (1, 6); must have (2, 6)"),
     ([[0] * 6, [0] * 5], "must be an array of shape (2, 6)"),
 ]
 ACTIONS = [
-    *(("env", *row) for row in NOT_NUMBERS),
-    *(("env", *row) for row in single_actions(6, "thigh_joint", "foot_left_joint")),
-    *(("bipedal_walker", *row) for row in single_actions(4, "hip_1", "knee_2")),
+    *(("env", *row) for row in NOT_NUMBERS + SINGLE_ACTIONS),
     *(("vector", *row) for row in NOT_NUMBERS + VECTOR_ACTIONS),
 ]
 
@@ -310,11 +258,9 @@ ACTIONS = [
 def test_refused_actions_change_nothing(request, driver, given, message):
     driver = request.getfixturevalue(driver)
     before = driver.get_state()
-    with pytest.raises(walker_sim.InvalidAction) as refused:
-        driver.step(given)
-    assert_names(refused, "action", message)
-    assert isinstance(refused.value, gymnasium.error.InvalidAction)
-    assert isinstance(refused.value, ValueError)
+    assert_refused(walker_sim.InvalidAction, ["action", message], driver.step, given)
+    for kind in (gymnasium.error.InvalidAction, ValueError):
+        assert issubclass(walker_sim.InvalidAction, kind)
     assert driver.get_state() == before
 
 
@@ -323,18 +269,14 @@ def test_refused_actions_change_nothing(request, driver, given, message):
 
 SEEDS = [
     (-1, gymnasium.error.Error, "Seed must be greater or equal to zero, actual value: -1"),
-    (-HUGE, gymnasium.error.Error, "Seed must be greater or equal to zero, actual value: -1000"),
     (-LONGER, gymnasium.error.Error, "actual value: (of type int, too long"),
     ([1, -2], gymnasium.error.Error, "actual value: -2"),
     (1.5, TypeError, "seed = 1.5: must be None, an integer, or a sequence of these"),
-    ("1", TypeError, "seed = '1': must be None, an integer, or a sequence of these"),
     ([1, "2"], TypeError, "seed = [1, '2']: must be None, an integer, or a sequence of these"),
     ([1], ValueError, "1 seeds; must be 2, one for each walker"),
-    ([1, 2, 3], ValueError, "3 seeds; must be 2, one for each walker"),
 ]
 OPTIONS = [
     (7, "options = 7: must be a dictionary"),
-    ("all", "options = 'all': must be a dictionary"),
     (LONGER, "options = (of type int, too long to be shown): must be a dictionary"),
     ({"reset_mask": None}, "options['reset_mask'] is of NoneType; must be a NumPy array of bool"),
 ]
@@ -351,27 +293,20 @@ RESETS = [
 @rows(("keywords", "error", "message"), RESETS)
 def test_refused_resets_of_a_vector_environment_change_nothing(vector, keywords, error, message):
     before = vector.get_state()
-    with pytest.raises(error) as refused:
-        vector.reset(**keywords)
-    assert_names(refused, message)
+    assert_refused(error, [message], vector.reset, **keywords)
     assert vector.get_state() == before
 
 
 INTEGERS = ": must be a sequence of integers"
 INDICES = [
     ([2], ValueError, "environment 2: must be in [0, 1]"),
-    ([0, 2], ValueError, "environment 2: must be in [0, 1]"),
     ([-1], ValueError, "environment -1: must be in [0, 1]"),
     ([1 << 63], ValueError, "environment 9223372036854775808: must be in [0, 1]"),
-    ([HUGE], TypeError, INTEGERS),
     ([LONGER], TypeError, INTEGERS),
-    (["0"], TypeError, INTEGERS),
     ([0.5], TypeError, f" = [0.5]{INTEGERS}"),
-    ([[0]], TypeError, INTEGERS),
     ([[0], [1, 2]], TypeError, INTEGERS),
     ([True, False], TypeError, f" = [True, False]{INTEGERS}"),
     (0, TypeError, f" = 0{INTEGERS}"),
-    ("0", TypeError, INTEGERS),
     ([1, 1], ValueError, "environment 1: listed twice"),
 ]
 
@@ -388,9 +323,7 @@ def test_indices_of_walkers(vector, indices, error, message):
         lambda: vector.get_state(indices),
     ]
     for call in calls[: 4 if indices == [1, 1] else 5]:  # get_state returns duplicates
-        with pytest.raises(error) as refused:
-            call()
-        assert_names(refused, message)
+        assert_refused(error, [message], call)
     assert vector.get_state() == before
 
 
@@ -410,10 +343,7 @@ STATES = [None, 7, "", b"", b"\0" * 9, (), (1, 2), [b""], bytearray(b"123"), LON
 def test_refused_states_change_nothing(env, vector, state):
     for driver, given in ((env, state), (vector, [state, state]), (vector, state)):
         before = driver.get_state()
-        with pytest.raises((ValueError, TypeError)) as refused:
-            driver.set_state(given)
-        assert "state" in str(refused.value)
-        assert "Unable to cast" not in str(refused.value)
+        assert_refused((ValueError, TypeError), ["state"], driver.set_state, given)
         assert driver.get_state() == before
 
 
@@ -421,10 +351,8 @@ def test_files_of_policies(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     names = ["no.safetensors\0junk", os.fsencode("\udcff"), "/dev/zero", "/"]
     for name in (*names, str(tmp_path / "pipe")):
-        with pytest.raises(ValueError, match="policy ") as refused:
-            _core.Policy(name)
-        assert_names(refused, "it ")
-    assert "must be a regular file" in str(refused.value)
+        assert_refused(ValueError, ["policy ", "it "], _core.Policy, name)
+    assert_refused(ValueError, ["must be a regular file"], _core.Policy, str(tmp_path / "pipe"))
 
 
 def test_policies_check_the_size_of_rows():

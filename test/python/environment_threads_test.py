@@ -110,19 +110,27 @@ def test_one_environment_per_thread():
     assert in_threads(play) == [play(index) for index in range(4)]
 
 
-def test_threads_step_a_shared_environment():
-    """All threads take the same action, so in any order their results together are one episode."""
-    steps = 600
-    shared, alone = (WalkerEnv("Walker2d-v5", **ENDLESS) for _ in range(2))
+@pytest.mark.parametrize(
+    "make", [WalkerEnv, lambda *ids, **options: make_many(*ids, 3, num_threads=2, **options)]
+)
+def test_threads_step_a_shared_environment(make):
+    """All threads take the same action, so in any order their results together are one episode,
+    and in order those of each thread."""
+    shared, alone = (make("Walker2d-v5", **ENDLESS) for _ in range(2))
     for environment in (shared, alone):
         environment.reset(seed=3)
 
     def play(environment, count):
-        action = np.full(6, 0.3)
-        return [(o.tobytes(), r) for o, r, *_ in (environment.step(action) for _ in range(count))]
+        action = np.full(environment.action_space.shape, 0.3)
+        outcomes = [environment.step(action)[:2] for _ in range(count)]
+        return [
+            (observation.tobytes(), np.asarray(reward).tolist()) for observation, reward in outcomes
+        ]
 
-    seen = in_threads(lambda _: play(shared, steps))
-    assert sorted(chain(*seen)) == sorted(play(alone, 4 * steps))
+    seen = in_threads(lambda _: play(shared, 300))
+    expected = play(alone, 4 * 300)
+    assert sorted(chain(*seen)) == sorted(expected)
+    assert all(rows == sorted(rows, key=expected.index) for rows in seen)
 
 
 def test_threads_reset_a_shared_environment():
