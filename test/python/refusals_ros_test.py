@@ -147,17 +147,6 @@ def test_a_seed_beyond_64_bits(serve):
     walker.reset(seed=2**64 - 1)
 
 
-def test_np_random_is_not_available(serve):
-    server, _ = serve()
-    walker = make_single(server).unwrapped
-    walker.reset(seed=1)
-    message = "np_random: over ROS there is none"
-    with pytest.raises(AttributeError, match=message):
-        walker.np_random  # noqa: B018
-    with pytest.raises(AttributeError, match=message):
-        walker.np_random = np.random.default_rng(1)
-
-
 def test_a_refusal_by_the_server(serve):
     """Another client ends the episode; the error message is the server's."""
     server, _ = serve(max_episode_steps=1)
