@@ -21,7 +21,7 @@ from mujoco_reference import MODELS
 from walker_sim import WalkerEnv, _core, play_out
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.policy_file import read_policy, to_bytes
-from walkers import IDS, assert_same, ctrl_c, make_many, run_python, through_pickle
+from walkers import IDS, assert_same, ctrl_c, make_many, through_pickle
 
 ENDLESS = {"terminate_when_unhealthy": False}
 SLOW = {"frame_skip": 1000, "num_threads": 2, **ENDLESS}
@@ -172,39 +172,6 @@ def test_threads_pickle_a_moving_environment():
     moved, *stored = in_threads(move_or_store, 3)
     moved.append(environment.step(action)[0].tobytes())
     assert set(chain(*stored)) <= set(moved)
-
-
-@pytest.mark.parametrize("environment_id", IDS)
-def test_a_stack_of_128_kib_suffices(environment_id):
-    """Runs in a new process, which a stack overflow would kill."""
-    code = """
-import sys, threading
-import gymnasium, numpy, walker_sim
-
-def play():
-    with gymnasium.make(f"walker_sim/{environment_id}") as env:
-        for seed in range(2):
-            env.reset(seed=seed)
-            for _ in range(40):
-                terminated = env.step(env.action_space.sample())[2]
-                if terminated:
-                    env.reset()
-        env.unwrapped.set_state(env.unwrapped.get_state())
-    envs = walker_sim.WalkerVectorEnv(environment_id, 70, num_threads=2)
-    envs.reset(seed=1)
-    for _ in range(40):
-        envs.step(envs.action_space.sample())
-    envs.close()
-    done.append(True)
-
-environment_id, done = sys.argv[1], []
-threading.stack_size(128 * 1024)
-thread = threading.Thread(target=play)
-thread.start()
-thread.join()
-assert done
-"""
-    run_python(code, environment_id)
 
 
 # ---------------------------------------------------------------- compilation

@@ -1,5 +1,7 @@
 """Keyword arguments of environments, and the time limit that gymnasium.make keeps to itself."""
 
+import copy
+
 import gymnasium
 import pytest
 import walker_sim
@@ -116,35 +118,27 @@ def registered(request):
         del gymnasium.registry[name]
 
 
-def limit_of(*arguments, **options):
-    return gymnasium.make(*arguments, **options).unwrapped.limit
-
-
-@pytest.mark.parametrize("name", ["Probe-v0", "Descendant-v0"])
-def test_the_limit_of_make(name, registered):
-    assert limit_of(name) == registered
-    assert limit_of(name, max_episode_steps=None) == registered
-    assert limit_of(name, max_episode_steps=5) == 5
-    assert limit_of(name, 5) == 5
-    assert limit_of(name, max_episode_steps=-1) == 0
-
-
-@pytest.mark.parametrize("limit", [None, 5, -1])
-def test_an_unwrapped_spec_has_no_limit(registered, limit):
-    """An unwrapped spec has no limit; Gymnasium's check_env makes copies from it."""
-    made = gymnasium.make("Probe-v0", max_episode_steps=limit)
-    assert made.unwrapped.spec.max_episode_steps is None
-    assert limit_of(made.unwrapped.spec) == ANY
-    assert limit_of(made.unwrapped.spec, max_episode_steps=7) == 7
-    assert limit_of(made.unwrapped.spec, max_episode_steps=-1) == 0
-
-
-def test_the_limit_of_a_specification(registered):
-    specification = gymnasium.spec("Probe-v0")
-    assert limit_of(specification) == registered
-    specification.max_episode_steps = 9
-    assert limit_of(specification) == 9
-    assert limit_of(specification, max_episode_steps=5) == 5
+def test_the_limit_of_make(registered):
+    changed = copy.deepcopy(gymnasium.spec("Probe-v0"))
+    changed.max_episode_steps = 9
+    own = gymnasium.make("Probe-v0", max_episode_steps=5).unwrapped.spec
+    assert own.max_episode_steps is None  # Gymnasium's check_env makes copies from it
+    for given, limit, expected in (
+        ("Probe-v0", None, registered),
+        ("Probe-v0", 5, 5),
+        ("Probe-v0", -1, 0),
+        ("Descendant-v0", None, registered),
+        ("Descendant-v0", 5, 5),
+        ("Container-v0", 5, None),
+        (gymnasium.spec("Probe-v0"), None, registered),
+        (changed, None, 9),
+        (changed, 5, 5),
+        (own, None, ANY),
+        (own, 7, 7),
+        (own, -1, 0),
+    ):
+        for made in (gymnasium.make(given, max_episode_steps=limit), gymnasium.make(given, limit)):
+            assert made.unwrapped.limit == expected, (given, limit)
 
 
 def test_the_limit_in_a_vector_environment(registered):
@@ -154,7 +148,6 @@ def test_the_limit_in_a_vector_environment(registered):
     assert gymnasium.vector.SyncVectorEnv([make]).envs[0].unwrapped.limit == 5
 
 
-def test_there_is_no_limit_without_make_or_of_another_environment(registered):
+def test_there_is_no_limit_without_make():
     assert Probe().limit is None
     assert Descendant().limit is None
-    assert limit_of("Container-v0", max_episode_steps=5) is None

@@ -23,7 +23,6 @@ from stable_baselines3.common.vec_env import (
     DummyVecEnv,
     SubprocVecEnv,
     VecMonitor,
-    VecNormalize,
     VecVideoRecorder,
 )
 from walker_sim.sb3 import VecEnv
@@ -81,17 +80,16 @@ def test_the_rows_of_failed_resets(tmp_path):
     observations = environments.reset()
     words = [info.get("error") for info in environments.reset_infos]
     assert {*words} == {None, OVERFLOW}
-    assert [not row.any() for row in observations] == [bool(word) for word in words]
-    failed = words.index(OVERFLOW)
-    actions = np.zeros((20, 6), np.float32)
-    for _ in range(50):
-        observations, rewards, dones, infos = environments.step(actions)
-        if not dones[failed]:
-            break
-        assert not observations[failed].any() and not rewards[failed]
-        assert not infos[failed]["terminal_observation"].any()
-    assert observations[failed].any() and not rewards[failed], "the reset"
-    assert "error" not in infos[failed]
+    failed = np.array([bool(word) for word in words])
+    assert (~observations.any(axis=1)).tolist() == failed.tolist()
+    observations, rewards, dones, infos = environments.step(np.zeros((20, 6), np.float32))
+    failed_again, begun = failed & dones, failed & ~dones
+    assert not rewards[failed].any()
+    assert failed_again.any() and not observations[failed_again].any()
+    for walker in np.flatnonzero(failed_again):
+        assert not infos[walker]["terminal_observation"].any()
+    assert begun.any() and observations[begun].any(axis=1).all()
+    assert not any("error" in infos[walker] for walker in np.flatnonzero(begun))
 
 
 def assert_same_course(ours, reference, num_steps):
@@ -146,25 +144,6 @@ def test_equals_dummy_vec_env_in_worlds():
         for envs in (ours, reference):
             envs.set_options(options)
         assert_same_course(ours, reference, 30)
-
-
-@pytest.mark.parametrize("env_id", LIMITS)
-def test_wrappers(env_id):
-    both = []
-    for environments in (make_ours(env_id), make_reference(env_id)):
-        wrapped = VecNormalize(VecMonitor(environments))
-        wrapped.seed(SEED)
-        courses = [wrapped.reset()]
-        episodes = []
-        for actions in actions_for(wrapped, 150):
-            *course, infos = wrapped.step(actions)
-            courses += course
-            ended = [info["episode"] for info in infos if "episode" in info]
-            episodes += [{key: episode[key] for key in ("r", "l")} for episode in ended]
-        both.append((courses, episodes))
-    assert both[0][1], "some episode must have ended"
-    assert_equal(both[0][0], both[1][0])
-    assert both[0][1] == both[1][1]
 
 
 def test_a_learner_makes_the_id():
@@ -271,8 +250,6 @@ def test_calls_out_of_order():
         environments.step_wait()
     with pytest.raises(walker_sim.InvalidAction, match=r"shape \(4, 2\); must have \(2, 4\)"):
         environments.step(np.zeros((4, 2)))
-    with pytest.raises(walker_sim.InvalidAction, match="nan"):
-        environments.step(np.full((2, 4), np.nan))
     environments.step(np.zeros((2, 4)))
     environments.close()
     environments.close()

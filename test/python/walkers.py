@@ -214,16 +214,14 @@ def set_world(envs, world, indices=None):
         envs.envs[index].unwrapped.set_world(one)
 
 
-def play_both(ours, theirs, num_steps, worlds=None, step=None):
+def play_both(ours, theirs, num_steps, worlds=None):
     """Compares bits and infos of vector environments of at least four walkers at resets, steps,
     autoresets and masked resets. Returns the numbers of episodes that terminated and that were
     truncated.
 
-    `worlds` maps step numbers to arguments of `set_world` before that step; `step` is called in
-    place of ours.
+    `worlds` maps step numbers to arguments of `set_world` before that step.
     """
-    seed, step = 5, step or type(ours).step
-    assert_same(ours.reset(seed=seed), theirs.reset(seed=seed))
+    assert_same(ours.reset(seed=5), theirs.reset(seed=5))
     random, ends, mask = np.random.default_rng(3), np.zeros(2, int), np.zeros(ours.num_envs, bool)
     for number in range(num_steps):
         if worlds and number in worlds:
@@ -239,7 +237,7 @@ def play_both(ours, theirs, num_steps, worlds=None, step=None):
             ]
             assert_same(*results, (number, mask))
         actions = random.uniform(-1.5, 1.5, ours.action_space.shape).astype(np.float32)
-        result = step(ours, actions)
+        result = ours.step(actions)
         assert_same(result, theirs.step(actions), number)
         ends += [result[2].sum(), result[3].sum()]
         mask = result[2] | result[3]
