@@ -1,31 +1,21 @@
 """Python binding of renderers: rejected arguments, and concurrency while rendering."""
 
-import pickle
 import threading
 
 import numpy as np
 import pytest
-from walker_sim import _core
-from walkers import IDS, random_actions
-
-SEEDED = (1, 2, 3, 5, 0, 0)  # a generator's state
+from walker_sim import WalkerEnv, _core
+from walkers import IDS, follow, make_many, random_actions, through_pickle
 
 
-def begun(env_id, **parameters):
-    environment = _core.Pool(env_id, parameters)
-    begin(environment)
+def begun(env_id):
+    environment = WalkerEnv(env_id)
+    environment.reset(seed=5)
     return environment
 
 
-def begin(environment):
-    environment.set_generator_states({0: SEEDED})
-    environment.reset([], *arrays(environment))
-
-
-def arrays(environment):
-    specification = environment.specification
-    size, num_infos = len(specification["observation_low"]), len(specification["info_names"])
-    return np.empty(size), np.empty(num_infos)
+def capture(environment, walker=0):
+    return environment._walkers._pool.capture(walker)
 
 
 def drawn(renderer, captured):
@@ -49,12 +39,12 @@ def test_the_camera_is_known_before_the_first_picture(env_id):
 def test_a_picture_depends_on_its_capture_alone(env_id):
     environment = begun(env_id)
     renderer = _core.Renderer(env_id, {}, {})
-    captures = [environment.capture(0)]
-    for action in random_actions(env_id, 12).astype(float):
-        environment.step_single(action, *arrays(environment))
-        captures.append(environment.capture(0))
+    captures = [capture(environment)]
+    for action in random_actions(env_id, 12):
+        environment.step(action)
+        captures.append(capture(environment))
     assert [captured.step for captured in captures] == [*range(13)]
-    assert pickle.loads(pickle.dumps(environment)).capture(0).step == 12
+    assert capture(through_pickle(environment)).step == 12
     pictures = [drawn(renderer, captured) for captured in captures]
     for before, after in zip(pictures[::4], pictures[4::4]):
         assert not np.array_equal(before, after)
@@ -67,26 +57,25 @@ def test_a_picture_depends_on_its_capture_alone(env_id):
 def test_walkers_in_flight_are_not_captured():
     env_id = "BipedalWalker-v3"
     action = np.zeros((1, 4))
-    pool = _core.Pool(env_id, {}, 2, 1, "next_step", 1)
-    pool.set_generator_states({0: SEEDED, 1: SEEDED})
-    pool.reset([], np.empty((2, 24)), np.empty((2, 0)))
-    pool.send(action, [1])
+    envs = make_many(env_id, 2, batch_size=1, num_threads=1)
+    envs.reset(seed=[1, 5])
+    envs.send(action, [1])
     with pytest.raises(RuntimeError, match="environment 1"):
-        pool.capture(1)
-    row = (np.empty((1, 24)), np.empty(1), np.empty(1, bool), np.empty(1, bool), np.empty((1, 0)))
-    assert pool.recv(row) == [1]
+        capture(envs, 1)
+    assert envs.recv()[-1]["env_id"] == [1]
     environment = begun(env_id)
-    environment.step_single(action[0], *arrays(environment))
+    environment.step(action[0])
     renderer = _core.Renderer(env_id, {}, {})
-    assert np.array_equal(drawn(renderer, pool.capture(1)), drawn(renderer, environment.capture(0)))
+    assert np.array_equal(drawn(renderer, capture(envs, 1)), drawn(renderer, capture(environment)))
 
 
 def test_invalid_arguments():
     env_id = "BipedalWalker-v3"
+    environment = begun(env_id)
     with pytest.raises(ValueError, match="environment 7"):
-        _core.Pool(env_id, {}, 1, 1, "next_step", 0).capture(7)
+        capture(environment, 7)
     renderer = _core.Renderer(env_id, {}, {})
-    captured = begun(env_id).capture(0)
+    captured = capture(environment)
     with pytest.raises(ValueError, match="rgb has 12 values; must have 720000"):
         renderer.render(captured, np.empty((2, 2, 3), np.uint8), None)
     with pytest.raises(TypeError, match="rgb: must be a C-contiguous array of uint8"):
@@ -95,21 +84,10 @@ def test_invalid_arguments():
         renderer.render(captured, None, np.empty((400, 600), np.float32))
 
 
-def walk(environment, actions):
-    observations = []
-    for action in actions:
-        observation, info = arrays(environment)
-        _, terminated, _, _ = environment.step_single(action, observation, info)
-        observations.append(observation.tobytes())
-        if terminated:
-            break
-    return observations
-
-
 @pytest.mark.parametrize("env_id", IDS)
 def test_pictures_in_other_threads_change_no_trajectory(env_id):
-    actions = random_actions(env_id, 200).astype(float)
-    alone = walk(begun(env_id), actions)
+    actions = random_actions(env_id, 200)
+    alone = follow(begun(env_id), actions)
     environment = begun(env_id)
     renderer = _core.Renderer(env_id, {}, {"width": 64, "height": 48})
     has_ended, counts, failures = threading.Event(), [0, 0], []
@@ -117,7 +95,7 @@ def test_pictures_in_other_threads_change_no_trajectory(env_id):
     def draw(index):
         try:
             while not has_ended.is_set():
-                drawn(renderer, environment.capture(0))
+                drawn(renderer, capture(environment))
                 counts[index] += 1
         except Exception as error:
             failures.append(error)
@@ -125,15 +103,15 @@ def test_pictures_in_other_threads_change_no_trajectory(env_id):
     threads = [threading.Thread(target=draw, args=[index]) for index in (0, 1)]
     for thread in threads:
         thread.start()
-    watched = [walk(environment, actions)]
+    watched = [follow(environment, actions)]
     while min(counts) < 3 and not failures:
-        begin(environment)
-        watched.append(walk(environment, actions))
+        environment.reset(seed=5)
+        watched.append(follow(environment, actions))
     has_ended.set()
     for thread in threads:
         thread.join()
     assert failures == []
-    assert all(walked == alone for walked in watched)
+    assert all(outcomes == alone for outcomes in watched)
 
 
 def test_other_threads_run_while_a_picture_is_drawn():
@@ -144,13 +122,13 @@ def test_other_threads_run_while_a_picture_is_drawn():
     is_drawing, is_drawn = threading.Event(), threading.Event()
 
     def draw():
-        captured = environment.capture(0)
+        captured = capture(environment)
         is_drawing.set()
         renderer.render(captured, picture, None)
         is_drawn.set()
 
     def steps_meanwhile():
-        begin(environment)
+        environment.reset(seed=5)
         is_drawing.clear()
         is_drawn.clear()
         thread = threading.Thread(target=draw)
@@ -158,7 +136,7 @@ def test_other_threads_run_while_a_picture_is_drawn():
         is_drawing.wait()
         count = 0
         while count < 20 and not is_drawn.is_set():
-            environment.step_single(np.zeros(4), *arrays(environment))
+            environment.step(np.zeros(4))
             count += 1
         thread.join()
         return count
