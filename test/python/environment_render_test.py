@@ -17,6 +17,7 @@ from walkers import (
     make_theirs,
     parts,
     random_actions,
+    restored,
     run_python,
     through_pickle,
 )
@@ -80,13 +81,6 @@ def test_a_window_changes_no_trajectory(env_id):
     states = [each.unwrapped.np_random.bit_generator.state for each in (plain, watched)]
     assert states[0] == states[1]
     watched.close()
-
-
-def restored(environment):
-    fresh = make_ours(environment.unwrapped.env_id, render_mode="rgb_array")
-    fresh.reset(seed=2)
-    fresh.unwrapped.set_state(environment.unwrapped.get_state())
-    return fresh
 
 
 @PAIRS

@@ -12,7 +12,7 @@ from gymnasium_interfaces import (
 )
 from promises import CASES, NUM_WALKERS, SCRIPTS, check, has_states, oracle, play, write_model
 from walker_sim import WalkerEnv
-from walkers import MODES, make_many, make_ours, through_pickle
+from walkers import MODES, make_many, make_ours, restored, through_pickle
 
 
 def singles(make, case, keywords, copied=None):
@@ -27,13 +27,6 @@ def vector(mode, case, keywords, copied=None):
 def parts(kind, mode, batch_size, case, keywords):
     options = {"autoreset_mode": mode, "batch_size": batch_size, "num_threads": 2, **keywords}
     return kind(case, make_many(case.env_id, NUM_WALKERS, **options), keywords)
-
-
-def restored(environment):
-    """Returns another environment with the state of this one."""
-    other = WalkerEnv(environment.env_id, **environment.keywords)
-    other.set_state(environment.get_state())
-    return other
 
 
 INTERFACES = {

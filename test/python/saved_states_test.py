@@ -18,6 +18,7 @@ from walkers import (
     make_many,
     make_ours,
     random_actions,
+    restored,
     through_pickle,
 )
 
@@ -27,13 +28,6 @@ VARIANTS = (
     ("BipedalWalker-v3", {"reuse_world": True}),
     ("Walker2d-v5", {"xml_file": ASSETS / "walker2d_v4.xml", "frame_skip": 5}),
 )
-
-
-def restored(environment):
-    """Returns a new environment with the state of another."""
-    new = WalkerEnv(environment.env_id, **environment.keywords)
-    new.set_state(through_pickle(environment.get_state()))
-    return new
 
 
 COPIED = pytest.mark.parametrize("copied", [through_pickle, copy.deepcopy, restored])

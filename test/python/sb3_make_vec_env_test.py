@@ -182,7 +182,6 @@ def test_indices_of_states():
         (-1, ValueError, r"environment -1: must be in \[0, 1\]"),
         ([0.5], TypeError, r"indices = \[0.5\]: must be a sequence of integers"),
     ]:
-        with pytest.raises(error, match=message):
-            environments.get_state(indices)
-        with pytest.raises(error, match=message):
-            environments.set_state(states, indices)
+        for call in (environments.get_state, lambda given: environments.set_state(states, given)):
+            with pytest.raises(error, match=message):
+                call(indices)

@@ -16,7 +16,7 @@ import time
 import gymnasium
 import numpy as np
 import pytest
-import walker_sim  # noqa: F401  # registers the ids
+import walker_sim  # registers the ids
 
 ASSETS = pathlib.Path(__file__).resolve().parents[2] / "assets"
 IDS = (
@@ -126,6 +126,14 @@ def returns_of(fields):
 
 def through_pickle(value):
     return pickle.loads(pickle.dumps(value))
+
+
+def restored(environment):
+    """Returns a new WalkerEnv with the state of another environment."""
+    original = environment.unwrapped
+    new = walker_sim.WalkerEnv(original.env_id, **original.keywords)
+    new.set_state(through_pickle(original.get_state()))
+    return new
 
 
 def parts(picture):
