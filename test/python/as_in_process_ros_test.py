@@ -34,23 +34,28 @@ def make_remote(environment_id, server, **parameters):
 # ---------------------------------------------------------------- types and infos
 
 
-@pytest.mark.parametrize(
-    ("environment_id", "keywords"),
-    [
-        *((environment_id, {}) for environment_id in IDS),
-        ("Walker2d-v5", {"include_lidar_in_observation": True}),
-    ],
-)
-def test_spaces_and_types(serve, environment_id, keywords):
-    server, _ = serve(environment_id, **keywords)
-    remote = make_remote(environment_id, server, **keywords)
-    local = make_ours(environment_id, **keywords)
+CASES = [
+    *((environment_id, {}, {"render_mode": "rgb_array"}) for environment_id in IDS),
+    ("BipedalWalker-v3", {}, {"render_mode": "rgb_array", "width": 90, "height": 60}),
+    ("Walker2d-v5", {}, {"render_mode": "depth_array"}),
+    ("Walker2d-v5", {"include_lidar_in_observation": True}, {"render_mode": "rgbd_tuple"}),
+]
+
+
+@pytest.mark.parametrize(("environment_id", "keywords", "camera"), CASES, ids=str)
+def test_one_walker(serve, environment_id, keywords, camera):
+    """Spaces, types and pictures. The server has another camera, for its own topic."""
+    server, _ = serve(environment_id, camera_width=50, camera_height=30, **keywords)
+    remote = make_remote(environment_id, server, **keywords, **camera)
+    local = make_ours(environment_id, **keywords, **camera)
     assert remote.observation_space == local.observation_space
     assert remote.action_space == local.action_space
     assert remote.unwrapped.dt == local.unwrapped.dt
-    assert_same(remote.reset(seed=1), local.reset(seed=1))
-    (action,) = random_actions(environment_id, 1)
-    assert_same(remote.step(action), local.step(action))
+    assert_same(remote.reset(seed=4), local.reset(seed=4))
+    assert_same(remote.render(), local.render())
+    for action in random_actions(environment_id, 20):
+        assert_same(remote.step(action), local.step(action))
+        assert_same(remote.render(), local.render())
 
 
 def make_pair(serve, environment_id, num_envs, **options):
@@ -104,26 +109,6 @@ def test_infos_of_failures(serve, tmp_path, mode):
 
 
 # ---------------------------------------------------------------- pictures
-
-PICTURES = [
-    *((env_id, {"render_mode": "rgb_array"}) for env_id in IDS),
-    ("BipedalWalker-v3", {"render_mode": "rgb_array", "width": 90, "height": 60}),
-    ("Walker2d-v5", {"render_mode": "depth_array"}),
-    ("Walker2d-v5", {"render_mode": "rgbd_tuple"}),
-]
-
-
-@pytest.mark.parametrize(("env_id", "camera"), PICTURES, ids=str)
-def test_pictures_of_one_walker(serve, env_id, camera):
-    """The server has another camera, for its own topic."""
-    server, _ = serve(env_id, camera_width=50, camera_height=30)
-    here, there = make_ours(env_id, **camera), make_remote(env_id, server, **camera)
-    for environment in (here, there):
-        environment.reset(seed=4)
-    assert_same(there.render(), here.render())
-    for action in random_actions(env_id, 20):
-        assert_same(there.step(action), here.step(action))
-        assert_same(there.render(), here.render())
 
 
 def test_pictures_of_many_walkers(serve):
