@@ -36,8 +36,31 @@ void print_traces(const std::string& name, const std::string& when) {
   }
 }
 
-/// Prints a line for each episode of a policy: return, length, end, error, last info and world.
-/// @param count of seeds, from 0, in each of the case's level and the worlds
+/// Plays an episode by a policy.
+/// @return its return, length, end, last info, world and error
+std::string play_out(Oracle& walker, Policy& policy, std::uint64_t seed) {
+  const Specification& specification = walker.specification();
+  const bool is_single = specification.observation_dtype == "float32";
+  std::vector<double> action(specification.action_size());
+  double sum = 0;
+  int length = 0;
+  for (walker.reset(seed); !walker.terminated && !walker.truncated; ++length) {
+    std::vector<double> observation = walker.observation;
+    for (double& value : observation) value = is_single ? static_cast<float>(value) : value;
+    policy.act(observation.data(), action.data());
+    walker.step(action.data());
+    sum += walker.reward;
+  }
+  std::string line = hexadecimal(sum) + " " + std::to_string(length);
+  if (walker.terminated) line += " terminated";
+  if (walker.truncated) line += " truncated";
+  if (length > 0) line += to_text(specification.info_names, walker.info.data());
+  for (const auto& [name, value] : walker.values)
+    line += " world " + name + "=" + hexadecimal(value);
+  return walker.error.empty() ? line : line + " failed: " + walker.error;
+}
+
+/// Prints a line for each of a policy's episodes with the seeds 0 to `count` - 1 in each world.
 void print_outcomes(const std::string& name, const std::string& file, int count,
                     const std::vector<std::string>& worlds) {
   const Scripts all = read_scripts();
@@ -47,28 +70,7 @@ void print_outcomes(const std::string& name, const std::string& file, int count,
     for (int seed = 0; seed < count; ++seed) {
       Oracle walker(one);
       walker.world = to_world(world == "level" ? one.level : world);
-      walker.reset(static_cast<std::uint64_t>(seed));
-      const bool is_single = walker.specification().observation_dtype == "float32";
-      std::vector<double> action(walker.specification().action_size());
-      double sum = 0;
-      int length = 0;
-      while (!walker.terminated && !walker.truncated) {
-        std::vector<double> observation = walker.observation;
-        for (double& value : observation) value = is_single ? static_cast<float>(value) : value;
-        policy.act(observation.data(), action.data());
-        walker.step(action.data());
-        sum += walker.reward;
-        ++length;
-      }
-      std::cout << hexadecimal(sum) << ' ' << length << (walker.terminated ? " terminated" : "")
-                << (walker.truncated ? " truncated" : "");
-      if (length > 0) {
-        std::cout << to_text(walker.specification().info_names, walker.info.data());
-      }
-      for (const auto& [parameter, value] : walker.values) {
-        std::cout << " world " << parameter << '=' << hexadecimal(value);
-      }
-      std::cout << (walker.error.empty() ? "" : " failed: ") << walker.error << '\n';
+      std::cout << play_out(walker, policy, static_cast<std::uint64_t>(seed)) << '\n';
     }
   }
 }

@@ -145,6 +145,7 @@ class Compiler {
   /// @param standard the program's standard input, output and error
   void spawn(std::vector<std::string> words, const std::array<int, 3>& standard) {
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     posix_spawn_file_actions_t files;

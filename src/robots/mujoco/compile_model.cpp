@@ -198,6 +198,7 @@ int run(const std::vector<std::string>& arguments) {
   // MuJoCo may print.
   const int result = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (result < 0 || nowhere < 0) return EXIT_FAILURE;
   dup2(nowhere, STDOUT_FILENO);
   restrict_process(limits);
   try {
