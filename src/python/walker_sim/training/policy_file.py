@@ -102,7 +102,7 @@ def read_policy(path: Path) -> PolicyFile:
 
     ValueError if it is another file.
     """
-    _core.Policy(os.fsencode(path))  # checks it and names the fault
+    _core.Policy(os.fsencode(path))  # names what is wrong with a file; the lines below trust it
     content = path.read_bytes()
     (size,) = struct.unpack_from("<Q", content)
     header = json.loads(content[8 : 8 + size])
