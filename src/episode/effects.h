@@ -43,6 +43,22 @@ class WALKER_SIM_EXPORT CheckedWorld {
 };
 
 /// The effects of one episode. Its generators derive from the episode's as the values' do.
+///
+/// Step k, from 1, has a time of k dt. Delays d and the period of pushes are whole steps, d =
+/// round(seconds / dt). n is a standard normal number, drawn anew for each use:
+///
+///   action       action_(k-d) + action_noise n; for k <= d, 0 + action_noise n. Not clamped
+///   push         if k is a multiple of the period: the impulse push_impulse (cos u, sin u) along x
+///                and z [N s], u uniform in [0, 2 pi)
+///   noise        each measured quantity (joints, trunk, ranges) + its deviation * n; observation
+///                and sensors of a state have the same errors
+///   observation  that of step max(k - d, 0); except after a reset, with the probability `dropout`
+///                the last delivered one again
+///   sensors      those of the step of the observation
+///
+/// Inputs: actions, the robot's measurements. State: three generators, the actions and observations
+/// in transit, the last delivered observation. The model is this package's own; docs/worlds.md has
+/// the parameters.
 class Effects {
  public:
   /// @param values of a world that the environment can apply

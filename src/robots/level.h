@@ -107,6 +107,22 @@ struct Terrain {
 
 /// Draws exactly what Gymnasium's `_generate_terrain` draws, in its order. A level's obstacles are
 /// those of POET (uber-research/poet), which draws their sizes.
+///
+/// Point i of the ground is at x = i column, with the column's width in m. The ground consists of
+/// sections: 20 columns of flat grass, then alternately an obstacle and 5 to 9 columns of grass;
+/// without obstacles all is grass. Kinds and sizes are drawn. The first column of a section repeats
+/// the height y of the last one. For the others:
+///
+///   grass   slope = 0.8 slope + 0.01 sign(start_height - y) + u / 30,   u uniform in [-1, 1),
+///           u = 0 up to column 20
+///           y    += ground_roughness (column / (14/30 m)) slope
+///   stump   y stays; a square box of n = 1 or 2 columns
+///   pit     4 columns lower for n = 3 or 4 columns; walls at its first column and n columns on
+///   stairs  n = 3 or 4 treads of 4 columns, up or down by one column each
+///
+/// A level's sizes replace those of the obstacles, and `obstacle_spacing` the length of the grass.
+///
+/// Source: Gymnasium 1.4.0, envs/box2d, _generate_terrain.
 /// @param hardcore whether the terrain has stumps, stairs and pits
 Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
                          const Level& level);

@@ -17,6 +17,24 @@ namespace walker::bipedal_walker {
 
 /// Gymnasium's BipedalWalker, to the bit. Observations are float32 values; so are rewards, except
 /// for the constant -100 of a fall.
+///
+/// Inputs: the action, for hip and knee of leg 1, then of leg 2. Its sign is the direction of the
+/// joint's motor, its magnitude (at most 1) a fraction of the torque limit (`Physics::drive`).
+/// State: `Physics`, the shaping, the last lidar scan, the hull's velocity before the step.
+///
+/// A step drives the motors, advances the world by dt = 1/50 s and casts the lidar. With the hull's
+/// x [m] and angle [rad]:
+///
+///   shaping    = 130 x / 30 - 5 |angle|
+///   reward     = (shaping - the last step's shaping) - 0.028 sum_i min(|action_i|, 1)
+///   fall       = the hull has touched the terrain, or x < 0
+///   reward     = -100 on a fall
+///   terminated = fall, or x > (200 - 10) 14/30 m
+///
+/// 0.028 is 0.00035 times the motors' 80 N m. A reset draws terrain, clouds and the push on the
+/// hull, builds the world, and makes a step of zero action, whose shaping is the first one.
+///
+/// Source: Gymnasium 1.4.0, envs/box2d/bipedal_walker.py, BipedalWalker.reset and step.
 class BipedalWalker : public Robot {
  public:
   /// @param parameters complete

@@ -22,6 +22,15 @@ using LidarScan = std::array<RayHit, kLidarRays>;
 
 /// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): ray 0 straight down, later
 /// ones further forward. The rays do not turn with the hull, and hit only terrain, not the legs.
+///
+/// With the origin o and the end e_i = o + range (sin 0.15 i, -cos 0.15 i), a fraction is the
+/// smallest t in [0, 1] at which o + t (e_i - o) is on the terrain. For an edge from p to q with
+/// the normal n:
+///
+///   t = n . (p - o) / n . (e_i - o),   a hit if 0 <= (o + t (e_i - o) - p) . (q - p) <= |q - p|^2
+///
+/// Source: Gymnasium 1.4.0, envs/box2d/bipedal_walker.py, BipedalWalker.step and LidarCallback;
+/// Box2D (box2d-py 2.3.8), Collision/Shapes/b2EdgeShape.cpp and b2PolygonShape.cpp, RayCast.
 /// @param terrain the terrain that `physics` was built with
 /// @param range length of the rays [m]
 /// @throws std::logic_error, Box2D's assertion, if the hull's position is not finite
@@ -53,12 +62,32 @@ struct Observed {
 Observed observed_in(const Physics& physics);
 
 /// Adds the errors of sensors. The result is what an ObservationBuilder observes by these sensors.
+///
+/// Joints, the hull's angle a and its angular velocity w receive their errors (negated for a and w,
+/// because Box2D's angles turn about -y). Sensors measure the velocity of the hull's origin, so the
+/// errors of a and w also change v, the velocity of the centre of mass c. With the rotation R, the
+/// velocity's error e_v and a ray's error e_r:
+///
+///   v       += e_v + R(a) (w x c) after the errors - R(a) (w x c) before
+///   fraction = clamp(range * fraction + e_r, 0, range) / range    if the ray hits
+///
 /// @param center the hull's centre of mass in its frame [m]
 /// @param scan the rays
 /// @param range length of the rays [m]
 void add(const SensorNoise& noise, const b2Vec2& center, const LidarScan& scan, double range,
          Observed& observed);
 
+/// Scales the observed quantities:
+///
+///   [0]      hull angle [rad]
+///   [1]      2 w / 50                        w: hull's angular velocity [rad/s]
+///   [2]      0.3 vx (600 / 30) / 50          v: velocity of the hull's centre of mass [m/s]
+///   [3]      0.3 vy (400 / 30) / 50
+///   [4..8]   leg 1: hip angle, hip speed / 4, knee angle + 1, knee speed / 6, contact (0 or 1)
+///   [9..13]  leg 2: the same
+///   [14..23] fractions of the rays
+///
+/// Source: Gymnasium 1.4.0, envs/box2d/bipedal_walker.py, BipedalWalker.step.
 /// @param observation receives kObservationSize float32 values, as Gymnasium stores them
 void write_observation(const Observed& observed, double* observation);
 

@@ -44,6 +44,31 @@ constexpr float kMaxSaved = 1e8F;
 
 /// A b2World with one walker in it. Builds, destroys, drives and steps in Gymnasium's order, which
 /// affects the engine's bits. box2d_pinned/ defines what needs Box2D's private members.
+///
+/// Model: five rigid bodies in the x,y plane, y up. The hull (5 kg/m^2) carries two legs, each an
+/// upper and a lower box (1 kg/m^2), on revolute joints with limits and velocity motors. Terrain is
+/// static edges and boxes. The walker's bodies touch only terrain. There is no restitution.
+///
+///   angle of a joint    q = angle of child - angle of parent - the same difference at the start
+///   limits              hip -0.8 .. 1.1 rad, knee -1.6 .. -0.1 rad
+///   motor (`drive`)     speed  = full speed * sign(action), full speed: hip 4 rad/s, knee 6 rad/s
+///                       torque <= motor_strength * 80 N m * min(|action|, 1)
+///   joint_damping c     torque = -c dq/dt on the child, the opposite on the parent; dq/dt is that
+///                       before the step
+///   push J              force  = J / dt on the hull's centre of mass
+///   friction            sqrt(mu_1 mu_2): hull 0.1, legs 0.2, terrain 2.5, each * friction_scale
+///
+/// A step (b2World::Step, dt = 1/50 s, 180 velocity and 60 position iterations) finds contacts,
+/// applies forces to velocities, solves joints and contacts by sequential impulses, integrates
+/// positions by the new velocities and corrects them. If a body then would have passed through
+/// terrain, its motion is redone from the time of impact. The kernel has the equations:
+/// kernel/island.h, and kernel/solve.h for impacts.
+///
+/// Inputs: motor speeds and torque limits, forces and torques. State: positions and velocities of
+/// the bodies, and what Box2D carries over: accumulated impulses, contacts, the broad phase's tree.
+///
+/// Source: Gymnasium 1.4.0, envs/box2d/bipedal_walker.py, BipedalWalker.reset, step, _destroy and
+/// ContactDetector; Box2D (box2d-py 2.3.8), Dynamics/b2World.cpp, b2World::Step.
 class Physics {
  public:
   Physics();

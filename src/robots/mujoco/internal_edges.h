@@ -10,6 +10,13 @@ namespace walker::mujoco {
 /// whose normal is beyond the normals of both boxes. Without this, a foot that slides over a seam
 /// between boxes is pushed back by the next box's edge.
 ///
+/// With a box's axes x and z (out of the surface), a contact's normal n out of the box, and the
+/// sines of `set_max_tilt`, a contact is dropped if n.z > 0 and
+///
+///   n.x < -left  or  n.x > right    (tolerance 1e-3)
+///
+/// If the axis of the sphere or capsule is inside the box, the contact stays, with n = z.
+///
 /// The functions in MuJoCo's table of collision functions are replaced. They do nothing else than
 /// the former ones with boxes that are not a level's.
 ///

@@ -23,6 +23,12 @@ bool needs_data(const mjModel& model);
 /// Returns the distances from a point to the nearest geoms of the static world. As for mj_ray, a
 /// fully transparent geom does not exist. Planes are infinite, as they are for contacts; mj_ray
 /// stops at the end of what is drawn.
+///
+///   range_i = min { t in [0, range] : origin + t (sin 0.15 i, 0, -cos 0.15 i) is on a geom }
+///
+/// or +infinity. Ray 0 points down, later ones further forward; they do not turn with the trunk.
+///
+/// Source: MuJoCo 2.2.2, mju_rayGeom, mj_rayMesh, mj_rayHfield (engine_ray.c).
 /// @param range distance beyond which nothing is hit [m]
 /// @param data  poses of the state; may be null unless the model needs data
 LidarRanges cast_lidar(const mjModel& model, const mjData* data, const Vector3& origin,

@@ -32,6 +32,8 @@ float saturated(double value) {
   return static_cast<float>(std::clamp(value, -kMax, kMax));
 }
 
+/// Adds reward (`reward_of_step`), health (`HealthyRange`) and info. A step terminates the episode
+/// if the robot is unhealthy after it and terminate_when_unhealthy is set.
 class LocomotionRobot : public PlanarRobot {
  public:
   LocomotionRobot(const PlanarOptions& options, const RewardOptions& reward,
@@ -189,6 +191,9 @@ std::unique_ptr<Robot> create(const Version& version, const Parameters& given) {
   return std::make_unique<LocomotionRobot>(to_options(version, given), reward, std::move(ranges));
 }
 
+/// A linear function of the observed positions and velocities, without state:
+///
+///   action_m = clamp(constant_m + sum_i weight_mi observation_i, -1, 1), rounded to float32
 class LinearGait : public Agent {
  public:
   LinearGait(std::vector<MotorWeights> motors, const Specification& specification)

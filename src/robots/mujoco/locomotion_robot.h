@@ -29,9 +29,19 @@ struct RewardTerms {
   double total() const { return forward + survive + control; }
 };
 
-/// Returns Gymnasium's reward. As in Gymnasium with float32 actions under NumPy 2, the action's
-/// cost is computed in single precision and everything else in double. If Gymnasium's cost would
-/// overflow (actions of 1e19 and more), the cost is the largest float, so the reward stays finite.
+/// Returns Gymnasium's reward:
+///
+///   forward = forward_reward_weight * x_velocity
+///   control = -ctrl_cost_weight * sum_i action_i^2
+///   survive = healthy_reward if the robot is healthy, else 0; v4: also if terminate_when_unhealthy
+///   reward  = forward + survive + control
+///
+/// Source: Gymnasium 1.4.0, envs/mujoco/walker2d_v5.py and hopper_v5.py, _get_rew, control_cost,
+/// healthy_reward; walker2d_v4.py and hopper_v4.py, step, healthy_reward.
+///
+/// As in Gymnasium with float32 actions under NumPy 2, the action's cost is computed in single
+/// precision and everything else in double. If Gymnasium's cost would overflow (actions of 1e19 and
+/// more), the cost is the largest float, so the reward stays finite.
 /// @param x_velocity mean over the step [m/s]
 /// @param is_healthy after the step
 /// @param action     `size` values, not clamped to the actuators' ranges; at most 7, because NumPy
@@ -42,7 +52,14 @@ RewardTerms reward_of_step(const RewardOptions& options, double x_velocity, bool
 /// `HealthyRange::end` of a range up to the last velocity.
 constexpr int kStateEnd = std::numeric_limits<int>::max();
 
-/// Parameter: the interval in which some values of the state must lie for the robot to be healthy.
+/// Parameter: the interval in which some values of the state must lie for the robot to be healthy:
+///
+///   low < state_i < high for begin <= i < end,   state = (qpos, qvel)
+///
+/// In a level, `low` is a bound of the trunk's height above the ground, and `high` of that above
+/// the ground or a stump's top (`GroundBelow`).
+///
+/// Source: Gymnasium 1.4.0, envs/mujoco/walker2d_v5.py and hopper_v5.py, is_healthy.
 struct HealthyRange {
   std::string name;
   std::string unit;

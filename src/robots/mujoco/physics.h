@@ -107,6 +107,22 @@ class Physics {
 /// @throws std::runtime_error if the allocation fails
 DataPointer make_data(const mjModel& model);
 
+/// A world that mj_step advances. An engine step solves, for the accelerations a = dv/dt,
+///
+///   M(q) a + bias(q, v) = passive + actuator + applied + J' f
+///
+/// with the constraint forces f of contacts and limits, and integrates q and v over opt.timestep
+/// (built-in models: RK4, kernel/runge_kutta.h). The terms are MuJoCo's qfrc_*:
+///
+///   actuator  gear * clamp(control, ctrlrange) on each motor's hinge [N m]
+///   applied   `ExternalForces::trunk` on the trunk's slides [N]
+///   wrench    xfrc_applied at the body's centre of mass: force, and torque + (origin - centre) x
+///             force, computed anew before each engine step
+///
+/// State: mjData, of which `save` lists the part that later steps depend on.
+///
+/// Source: MuJoCo 2.2.2, mj_step, mj_forward, mj_checkPos, mj_checkVel (engine_forward.c);
+/// Gymnasium 1.4.0, envs/mujoco/mujoco_env.py, _step_mujoco_simulation.
 class LibraryPhysics : public Physics {
  public:
   /// @param fallback_reason reason why no kernel is used, for `stepper`; may be empty

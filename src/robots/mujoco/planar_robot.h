@@ -45,6 +45,26 @@ Specification make_specification(const PlanarOptions& options, const Layout& lay
 std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions& options);
 
 /// Steps, observes and measures. Derived classes add reward and termination.
+///
+/// Model: a trunk on slides along the world's x and z and a hinge about y, and limbs on hinges with
+/// one motor each; qpos = (x, z, pitch, hinges). With dt = frame_skip * opt.timestep:
+///
+///   reset        draws a level's course; qpos = qpos0 + u; qvel = u, each u uniform in
+///                +-reset_noise_scale
+///   step         frame_skip engine steps (`Physics::step`) with the action as constant control:
+///                torque = gear * clamp(action, ctrlrange) [N m]
+///   push J       generalized force J / dt on the slides [N]
+///   x_velocity   (x - x before the step) / dt
+///   observation  qpos, by default without x; clamp(qvel, +-velocity_limit); with
+///                include_lidar_in_observation also the lidar's ranges over lidar_range
+///   sensors      linear velocity = qvel_x axis_x + qvel_z axis_z, linear acceleration = (this
+///                velocity - that before the step) / dt
+///
+/// Inputs: action, push and wrenches, constant over a step. State: the physics' (qpos, qvel and the
+/// solver's warm start), x and qvel before the step, the level's course. Units: m, rad, kg, s.
+///
+/// Source: Gymnasium 1.4.0, envs/mujoco/mujoco_env.py, MujocoEnv.do_simulation;
+/// walker2d_v5.py and hopper_v5.py, reset_model, step and _get_obs.
 class PlanarRobot : public Robot {
  public:
   /// @throws std::invalid_argument if the model is not a planar robot (two slides and a hinge)

@@ -59,6 +59,13 @@ Model model_of(const WalkerParts& parts) {
   return model;
 }
 
+/// One world's step up to its impacts: contacts, island (IslandLanes) and sleep.
+///
+/// A body rests if |v| <= 0.01 m/s and |w| <= 2 degrees/s. The walker falls asleep when all bodies
+/// have rested for 0.5 s and the positions are solved; the next `Physics::drive` wakes it.
+///
+/// Source: Box2D (box2d-py 2.3.8), Dynamics/b2World.cpp, b2World::Step and Solve;
+/// Dynamics/b2Island.cpp, the end of b2Island::Solve.
 class WorldStep {
  public:
   /// Updates the contacts.

@@ -95,6 +95,19 @@ inline void read_contact(const b2Contact& contact, const b2Body& walker,
   read.friction = contact.m_friction;
 }
 
+/// The impacts of one world's step.
+///
+/// Between the beginning (alpha = 0) and the end (1) of the step, each body moves along its sweep,
+/// linearly in centre and angle. `find` chooses the contact with the earliest time of impact,
+///
+///   toi = alpha0 + (1 - alpha0) t,   t: b2TimeOfImpact on the rest of the sweep, from alpha0 to 1
+///
+/// and moves its body there. The kernel solves the impact with all contacts that the body has there
+/// (ToiLanes), and moves the body on for (1 - toi) dt. `find` ends when no contact has an impact
+/// before 1. A contact that has had more than b2_maxSubSteps impacts is ignored.
+///
+/// State: sweeps, velocities, and each contact's toi and number of impacts.
+/// Source: Box2D (box2d-py 2.3.8), Dynamics/b2World.cpp, b2World::SolveTOI.
 class WorldToi {
  public:
   /// Terrain already has `alpha0` = 0 and no island flags, from the end of the last step.

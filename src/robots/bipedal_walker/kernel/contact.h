@@ -11,8 +11,34 @@
 //
 //   dv = s (v + w x r),    v += s m P,  w += s i r x P
 //
+// Here v [m/s] and w [rad/s] are the body's velocities, m and i its inverse mass and inertia, r the
+// arm from its centre of mass to the point, and P the impulse [N s]. Iterations clamp the
+// accumulated impulses of a point, not their changes: from a_t and a_n along tangent t and normal n
+// they compute x_t and x_n, in this order, and apply P = (x - a) times the axis. The friction
+// coefficient is mu:
+//
+//   m_t = 1 / (m + i (r x t)^2),   x_t = clamp(a_t - m_t dv.t, -mu a_n, mu a_n)
+//   m_n = 1 / (m + i (r x n)^2),   x_n = max(a_n - m_n dv.n, 0)
+//
+// Two points of a manifold have a joint solution x_n (`solve_two_normals`), with the matrix
+// K_jk = m + i (r_j x n) (r_k x n), unless it is ill-conditioned: k11^2 >= 1000 det K.
+//
+// In position iterations, c is the centre of mass, a the angle, the separation d the distance of
+// the surfaces along n, and beta = 0.2, or 0.75 at a time of impact. Each point in turn:
+//
+//   C = clamp(beta (d + b2_linearSlop), -b2_maxLinearCorrection, 0)
+//   P = -C / (m + i (r x n)^2) n,   c += s m P,   a += s i r x P
+//
+// There is no restitution, so the normal velocity's target is 0.
+//
 // The terrain's terms in Box2D are zero, but adding a signed zero may change the sign of another
 // zero: `zero_before` and `zero_after` below are these terms.
+//
+// Inputs: the manifolds. State: the accumulated impulses.
+//
+// Source: Box2D (box2d-py 2.3.8), Dynamics/Contacts/b2ContactSolver.cpp,
+// InitializeVelocityConstraints, WarmStart, SolveVelocityConstraints, SolvePositionConstraints,
+// SolveTOIPositionConstraints; Collision/b2Collision.cpp, b2WorldManifold::Initialize.
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
@@ -82,6 +108,11 @@ WALKER_SIM_INLINE inline WorldPoint<W> world_point(const ManifoldLanes<W>& manif
 }
 
 /// b2ContactSolver::InitializeVelocityConstraints. The caller sets the impulses.
+///
+/// A point is halfway between the two surfaces: with the clip point p of the other body, the face's
+/// plane point q and normal f, and the radius of both polygons,
+///
+///   point = 1/2 ((p + (radius - (p - q).f) f) + (p - radius f)),   arm = point - center
 /// @param center centre of mass of the walker's body
 template <int W>
 WALKER_SIM_INLINE inline void prepare(const ManifoldLanes<W>& manifold, const MassLanes<W>& body,

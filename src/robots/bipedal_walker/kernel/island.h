@@ -1,6 +1,25 @@
 // b2Island::Solve for one walker per lane: applies forces, solves velocities (180 iterations),
 // integrates positions, and corrects positions (up to 60 iterations).
 //
+// With the centre of mass c [m], angle a [rad], velocities v and w, inverse mass m and inertia i of
+// a body, and the force F and torque T on it:
+//
+//   forces      v += dt (g + m F),   w += dt i T
+//   warm start  applies the last step's impulses times dt_ratio to v and w: contacts, then joints
+//   velocities  180 times: each joint's motor, point and limit, then each contact's friction and
+//               normal impulses. Each constraint changes v and w so that it holds by itself
+//               (sequential impulses, projected Gauss-Seidel)
+//   limits      v = (2 / |dt v|) v if |dt v| > 2 m,   w = (pi/2 / |dt w|) w if |dt w| > pi/2
+//   integrate   c += dt v,   a += dt w
+//   correction  at most 60 times: contacts, then joints move c and a against their position errors,
+//               until all separations are at least -3 b2_linearSlop and each joint is within
+//               b2_linearSlop, and at a limit within b2_angularSlop
+//
+// revolute_joint.h and contact.h have the constraints' equations. Inputs: forces, motors and
+// manifolds. State: c, a, v, w, and the accumulated impulses. Units: m, rad, kg, s.
+//
+// Source: Box2D (box2d-py 2.3.8), Dynamics/b2Island.cpp, b2Island::Solve.
+//
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
 #pragma once
@@ -73,6 +92,9 @@ struct Slot {
   bool any_two;
 };
 
+/// The islands of up to W walkers. `solve` computes the velocities and integrates; `correct`, which
+/// may be called again with the iterations that remain, corrects the positions. Both read the
+/// islands and write their results back.
 template <int W>
 class IslandLanes {
  public:

@@ -2,6 +2,15 @@
 //
 // The kernel does not depend on Box2D: a world's numbers are copied into an Island or an ToiIsland,
 // solved together with those of other worlds, and copied back.
+//
+// A step of a walker has these parts (box2d_pinned/world_step.cpp, world_toi.h):
+//
+//   contacts  manifolds between the walker's polygons and the terrain             Box2D
+//   Island    velocities, positions and impulses after dt                         Kernel::solve
+//   sweep     the first time of impact of a body with the terrain, if any         Box2D
+//   ToiIsland the body's velocity and position after the rest of dt               Kernel::solve_toi
+//
+// The last two repeat until no body has an impact.
 #pragma once
 
 #include <array>

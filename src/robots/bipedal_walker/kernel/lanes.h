@@ -118,6 +118,7 @@ WALKER_SIM_INLINE inline Number<W> inverse_of(Number<W> a) {
   return select(simd::is_zero(a), a, Number<W>(1) / a);
 }
 
+/// Velocity of a body's centre of mass [m/s], and angular velocity [rad/s].
 template <int W>
 struct BodyLanes {
   Vec2<W> velocity;
@@ -131,6 +132,7 @@ WALKER_SIM_INLINE inline BodyLanes<W> select(Truth<W> mask, const BodyLanes<W>& 
           select(mask, a.angular_velocity, b.angular_velocity)};
 }
 
+/// Centre of mass [m] and angle [rad] of a body.
 template <int W>
 struct PositionLanes {
   Vec2<W> center;
@@ -143,6 +145,7 @@ WALKER_SIM_INLINE inline PositionLanes<W> select(Truth<W> mask, const PositionLa
   return {select(mask, a.center, b.center), select(mask, a.angle, b.angle)};
 }
 
+/// Inverse mass [1/kg] and inertia [1/(kg m^2)] of a body, and its centre of mass in its frame [m].
 template <int W>
 struct MassLanes {
   Number<W> inverse_mass, inverse_inertia;
@@ -186,6 +189,10 @@ WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count
 // after a range reduction of our own, without fused operations. The floats are the same for every
 // angle up to kMaxAngle: rotation_test.cpp tests them all. If any lane is beyond, all call the
 // library, as does a single world.
+//
+//   n = round(2 angle / pi),   x = angle - n pi/2
+//   S(x) = x + s1 x^3 + x^5 (s2 + s3 x^2),   C(x) = 1 + c1 x^2 + c2 x^4 + x^6 (c3 + c4 x^2)
+//   (sin, cos) = (S, C), (C, -S), (-S, -C), (-C, S)   for n mod 4 = 0, 1, 2, 3
 
 constexpr float kMaxAngle = 16;         ///< [rad]; the first angle that differs is 17.279
 constexpr float kTinyAngle = 0x1p-12F;  ///< below, the sine is the angle itself, also for -0

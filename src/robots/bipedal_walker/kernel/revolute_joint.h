@@ -5,6 +5,37 @@
 //   point   C = vB + wB x rB - vA - wA x rA                 impulse: P
 //   limit   C = wB - wA, never pushing beyond the limit     impulse: z
 //
+// Here v [m/s] and w [rad/s] are velocities, m and i inverse masses and inertias, and r the arms
+// from the centres of mass to the anchor [m]. An impulse changes the velocities by
+//
+//   vA -= mA P,   wA -= iA (rA x P + z),   vB += mB P,   wB += iB (rB x P + z)
+//
+// The motor's impulse is a z alone. (C_point, C_limit) changes by K (P, z) with the symmetric K:
+//
+//   exx = mA + mB + iA rAy^2 + iB rBy^2     exy = -iA rAx rAy - iB rBx rBy
+//   eyy = mA + mB + iA rAx^2 + iB rBx^2     exz = -iA rAy - iB rBy
+//   ezz = iA + iB                           eyz = iA rAx + iB rBx
+//
+// With K22, its part of the point, and the accumulated impulses a_m of the motor and a_z of the
+// limit, an iteration computes
+//
+//   motor         x = clamp(a_m - C / (iA + iB), -dt max_torque, dt max_torque),  impulse x - a_m
+//   no limit      P = -K22^-1 C_point
+//   at a limit    (P, z) = -K^-1 (C_point, C_limit); if a_z + z < 0 at the lower limit, or > 0 at
+//                 the upper one: z = -a_z,  P = -K22^-1 (C_point - a_z (exz, eyz))
+//
+// Position iterations, with the angle q = aB - aA - reference_angle and the centres c:
+//
+//   limit   C = clamp(q - lower + b2_angularSlop, -8 degrees, 0), at the upper limit
+//           clamp(q - upper - b2_angularSlop, 0, 8 degrees);   z = -C / (iA + iB)
+//   point   C = cB + rB - cA - rA,   P = -K22^-1 C             whole error, no Baumgarte factor
+//
+// and apply P and z to c and a as above to v and w. Inputs: motor speed and torque limit. State:
+// accumulated impulses, and which limit the joint was at: at another one, a_z starts from 0.
+//
+// Source: Box2D (box2d-py 2.3.8), Dynamics/Joints/b2RevoluteJoint.cpp, InitVelocityConstraints,
+// SolveVelocityConstraints, SolvePositionConstraints.
+//
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
 #pragma once

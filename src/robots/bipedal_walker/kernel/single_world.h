@@ -6,6 +6,14 @@
 // - Clamps and limits are branches. The processor predicts them, because most constraints stay in
 //   the same case for all iterations, and so need not wait for the value that decides.
 //
+// A body is (w, vx, vy, 0), an impulse (z, Px, Py, 0), and a body's `masses` are (i, m, m, 0). A
+// constraint that computes the impulse P at the arm r, and the angular impulse z, then does
+//
+//   body += masses * (r x P + z, Px, Py, 0),   w x r = w * (0, -ry, rx, 0)
+//
+// with the opposite sign for the joint's body A, and the sign of contact.h for contacts. The rules
+// for P and z are those of revolute_joint.h (motor, point, limit) and contact.h (friction, normal).
+//
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
 // of our own, which is not the original software. lanes.h has the terms.
 #pragma once

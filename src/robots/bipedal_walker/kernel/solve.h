@@ -21,6 +21,19 @@ constexpr float kToiBaumgarte = 0.75F;  ///< b2_toiBaugarte
 
 /// b2Island::SolveTOI for one body of a walker per lane, at its time of impact with the terrain.
 /// Corrects its position, solves its velocity, and integrates it over the rest of the step.
+///
+/// At the time of impact t, a fraction of the step dt, with the body's c, a, v, w as in island.h:
+///
+///   correction  at most 20 times, each contact by kToiBaumgarte of its penetration beyond
+///               b2_linearSlop, until all separations are at least -1.5 b2_linearSlop
+///   safe        = (c, a): the beginning of the body's next sweep
+///   velocities  180 times each contact, from impulses of 0, with the manifolds at (c, a)
+///   integrate   c += (1 - t) dt v,   a += (1 - t) dt w, with the limits of island.h
+///
+/// The impulses are discarded, so that the next step's warm start does not see them; joints do not
+/// take part. Inputs: the manifolds and (1 - t) dt. State: c, a, v, w.
+///
+/// Source: Box2D (box2d-py 2.3.8), Dynamics/b2Island.cpp, b2Island::SolveTOI.
 template <int W>
 class ToiLanes {
  public:

@@ -1,6 +1,17 @@
 // MuJoCo's vector and spatial algebra (engine_util_blas.c, engine_util_spatial.c,
 // engine_util_sparse.c, engine_util_solve.c) for several worlds, in its order of operations;
 // smooth.h has the licence.
+//
+// A spatial motion is (angular, linear velocity), a force (torque, force), and an inertia (Ixx,
+// Iyy, Izz, Ixy, Ixz, Iyz, m dx, m dy, m dz, m). All are about one point, from which the body's
+// centre of mass is at d:
+//
+//   a x (w, v)      = (a_w x w, a_w x v + a_v x w)        mju_crossMotion
+//   a x* (t, f)     = (a_w x t + a_v x f, a_w x f)        mju_crossForce
+//   inertia (w, v)  = (I w + m d x v, m v - m d x w)      mju_mulInertVec
+//
+// The joint-space inertia M has a row per degree of freedom: the diagonal element, then those of
+// its ancestors. The Hessian H = L L' is a lower triangle; an update makes it H + x x' or H - x x'.
 #pragma once
 
 #include <cmath>

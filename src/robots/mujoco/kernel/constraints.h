@@ -1,6 +1,22 @@
 // Joint limits and contacts of capsules with the floor, as the solver's constraint rows
 // (engine_core_constraint.c and engine_collision_primitive.c of MuJoCo 2.2.2; see smooth.h).
 //
+// A row has the Jacobian J and the violation d < 0 (distance minus margin) [m or rad]. Its cost in
+// the solver depends on J a - aref and D:
+//
+//   impedance  s = d0 + y (d1 - d0),  x = |d| / width [solimp: d0, d1, width, mid, p]
+//              y = x^p / mid^(p-1) if x <= mid, 1 - (1-x)^p / (1-mid)^(p-1) up to x = 1, then 1
+//   aref       = -b J qvel - k s d,   b = 2 / (d1 timeconst),
+//              k = 1 / (d1 timeconst dampratio)^2         [solref: timeconst, dampratio]
+//   D          = 1 / R,   R = A (1 - s) / s               A: approximation of J M^-1 J'
+//   limit      d = qpos - low, J = 1, or d = high - qpos, J = -1;  A = dof_invweight0
+//   contact    d = end_z - radius - margin;  J = J_n +- mu J_t along normal and tangent;
+//              A = w + mu^2 w, w: sum of both bodies' invweight0;  its rows have 2 mu^2 R for R
+//
+// The contact's point is halfway between capsule and floor; a hinge moves it by
+// cdof's translation + axis x (point - com), a slide by its axis. Inputs: qpos, qvel and smooth.h's
+// results. No state.
+//
 // Each lane has its own rows. Its contacts fill the slots in order; those of the left leg, if there
 // is one, start at slot num_right in every lane. A limit or slot that a lane does not have is a row
 // of zeros in it, which adds exact zeros to every sum. A contact has four rows, normal +- friction

@@ -1,5 +1,13 @@
 // MuJoCo's step, specialized for a planar robot: the library's results to the bit, many times
 // faster. The same source is compiled for each robot, with its model's numbers as constants.
+//
+// A step has four Runge-Kutta stages (runge_kutta.h), each of which computes the accelerations:
+//
+//   smooth.h         a_smooth = M^-1 (passive - bias + force), without constraints
+//   limb_contacts.h  whether limbs may touch each other; if so, the library must make the step
+//   constraints.h    a row J of each limit and contact, its stiffness D and reference acceleration
+//   solver.h         a = argmin 1/2 |a - a_smooth|_M^2 + the cost of J a - reference, by Newton's
+//                    method with an exact line search (line_search.h)
 #pragma once
 
 #include <array>

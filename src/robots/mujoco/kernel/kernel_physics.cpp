@@ -28,6 +28,13 @@ struct Shared {
   DataPool data;               ///< for models of all worlds, which have the same sizes
 };
 
+/// A world that a kernel steps. The control becomes torques, as in mj_fwdActuation,
+///
+///   torque_i = gear_i * clamp(control_i, ctrlrange_i)   [N m]
+///
+/// and the push a force on the trunk's slides. Before a step the world is copied. If the kernel
+/// flags the result, or there are wrenches or a control beyond mjMAXVAL, the library makes the step
+/// from the copy. State: `World` and the last control.
 class KernelPhysics : public Physics {
  public:
   KernelPhysics(const Kernel& kernel, ModelPointer base)

@@ -1,5 +1,15 @@
 // Whether a robot's limbs may touch each other. The kernel has no rows for such contacts: the
 // library makes these steps.
+//
+// Capsules touch if the distance of their axes is below r1 + r2 + margin. In the plane, the
+// distance is 0 if the segments cross, else the smallest from an end of one segment to the other
+// segment:
+//
+//   end e, segment from p along s:   t = clamp((e - p).s / |s|^2, 0, 1),   |e - (p + t s)|
+//   crossing: the ends of each segment are on different sides of the other's line
+//
+// First, pairs whose bounding spheres are apart are excluded. 1 mm is added to the margin for
+// rounding. Inputs: the capsules' ends (smooth.h).
 #pragma once
 
 #include "robots/mujoco/kernel/smooth.h"

@@ -1,5 +1,15 @@
 // The exact line search of MuJoCo's solvers after its first Newton step, for one world
 // (engine_solver.c of MuJoCo 2.2.2; see smooth.h).
+//
+// Along the search direction the cost is a convex, piecewise quadratic function of the step alpha:
+// the sum of the polynomials q of the term without rows and of those rows that are active at alpha,
+//
+//   cost = q0 + q1 alpha + q2 alpha^2,   slope = q1 + 2 q2 alpha,   slope_change = 2 q2
+//
+// A Newton step is alpha -= slope / slope_change. The search makes Newton steps in one direction
+// until the slope changes its sign, then narrows the interval between the last two points with both
+// ends' Newton steps and the midpoint. It ends where |slope| < tolerance, which `Solver` sets to
+// opt.tolerance * 0.01 * |search| * meaninertia * nv, or after 50 evaluations.
 #pragma once
 
 #include "robots/mujoco/kernel/algebra.h"

@@ -1,5 +1,17 @@
 // MuJoCo's step with its fourth-order Runge-Kutta integrator (engine_forward.c of MuJoCo 2.2.2; see
 // smooth.h). A group has one world per lane of a vector.
+//
+// The state is qpos q and qvel v; a(q, v) are the accelerations of mj_forward (`Forward`) under
+// constant force. With h = opt.timestep [s]:
+//
+//   stage 1  q1 = q,             v1 = v,             a1 = a(q1, v1)
+//   stage 2  q2 = q + h/2 v1,    v2 = v + h/2 a1,    a2 = a(q2, v2)
+//   stage 3  q3 = q + h/2 v2,    v3 = v + h/2 a2,    a3 = a(q3, v3)
+//   stage 4  q4 = q + h v3,      v4 = v + h a3,      a4 = a(q4, v4)
+//   result   q += h (v1/6 + v2/3 + v3/3 + v4/6),   v += h (a1/6 + a2/3 + a3/3 + a4/6)
+//
+// The solver of each stage starts from the accelerations of the stage before, in stage 1 from a4 of
+// the last step: qacc_warmstart is part of the state.
 #pragma once
 
 #include <new>

@@ -1,6 +1,25 @@
 // MuJoCo's dynamics without constraints: kinematics, inertia, forces and the resulting
 // accelerations (engine_core_smooth.c of MuJoCo 2.2.2).
 //
+//   M qacc_smooth = qfrc_smooth = -damping qvel - bias + force
+//
+// Inputs: qpos, qvel, force (of motors and push), the world's values. No state. Units: m, rad, kg,
+// s. Spatial vectors are about the robot's centre of mass (algebra.h). MuJoCo's functions mj_*, in
+// order, for a body b with parent p and a degree of freedom j with the axis e and the anchor o:
+//
+//   kinematics   x_b = x_p + R_p pos_b,  q_b = q_p quat_b; a slide adds (qpos - qpos0) e to x_b, a
+//                hinge turns q_b by qpos - qpos0 about e and keeps the anchor in its place
+//   comPos       com = sum m x / sum m;  cdof_j = (0, e) of a slide, (e, e x (com - o)) of a hinge;
+//                cinert_b: inertia about com
+//   crb          M_jk = cdof_k . (I_j cdof_j), k = j or an ancestor, I_j: the sum of cinert over
+//                the subtree of j's body;  M_jj also has the armature
+//   factorM      M = L' D L, from the last row to the first, without entries of unrelated branches
+//   comVel       cvel_b = cvel_p + sum_j cdof_j qvel_j;  cdof_dot_j = cvel x cdof_j, with the cvel
+//                summed before j
+//   rne          cacc_b = cacc_p + sum_j cdof_dot_j qvel_j,  cacc_world = (0, -gravity);
+//                cfrc_b = cinert_b cacc_b + cvel_b x* (cinert_b cvel_b) + sum of children's cfrc;
+//                bias_j = cdof_j . cfrc_b
+//
 // The code has MuJoCo's formulas in MuJoCo's order of operations, with the model's numbers as
 // constants and all loops unrolled. The walker is planar, so most factors are an exact zero or one.
 // Under -fno-signed-zeros and -ffinite-math-only, the compiler drops such products; the remaining

@@ -1,5 +1,19 @@
 // MuJoCo's Newton solver (engine_solver.c of MuJoCo 2.2.2; see smooth.h) for pyramidal cones.
 //
+// Finds the accelerations a that minimize, over the rows r of constraints.h,
+//
+//   cost(a) = 1/2 (a - a_smooth)' (M a - qfrc_smooth) + sum_r s_r(J_r a - aref_r)
+//   s_r(x)  = 1/2 D_r x^2 if x < 0 (active), else 0
+//
+//   gradient  g = M a - qfrc_smooth - sum_r J_r' f_r,   f_r = -D_r (J_r a - aref_r) if active
+//   Hessian   H = M + sum_active D_r J_r' J_r = L L'
+//   iteration a += alpha p,   p = -H^-1 g,   alpha: minimum of cost(a + alpha p)
+//
+// Starts from the warm start, or from a_smooth if its cost is lower. Rows that change sides update
+// L. Ends if alpha = 0, after opt.iterations, or if the cost's decrease or |g|, divided by
+// meaninertia * nv, is below opt.tolerance. Inputs: M, a_smooth, qfrc_smooth and the rows. State:
+// the warm start, which the result replaces.
+//
 // Finished lanes take steps of length 0. If the first step of a line search does not suffice, as in
 // one of five, the search continues lane by lane.
 #pragma once
