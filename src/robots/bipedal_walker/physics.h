@@ -51,7 +51,7 @@ constexpr float kMaxSaved = 1e8F;
 ///
 ///   angle of a joint    q = angle of child - angle of parent - the same difference at the start
 ///   limits              hip -0.8 .. 1.1 rad, knee -1.6 .. -0.1 rad
-///   motor (`drive`)     speed  = full speed * sign(action), full speed: hip 4 rad/s, knee 6 rad/s
+///   motor (`drive`)     speed  = full speed * sign(action), by default hip 4, knee 6 rad/s
 ///                       torque <= motor_strength * 80 N m * min(|action|, 1)
 ///   joint_damping c     torque = -c dq/dt on the child, the opposite on the parent; dq/dt is that
 ///                       before the step

@@ -13,9 +13,9 @@
 //   contact    d = end_z - radius - margin;  J = J_n +- mu J_t along normal and tangent;
 //              A = w + mu^2 w, w: sum of both bodies' invweight0;  its rows have 2 mu^2 R for R
 //
-// The contact's point is halfway between capsule and floor; a hinge moves it by
-// cdof's translation + axis x (point - com), a slide by its axis. Inputs: qpos, qvel and smooth.h's
-// results. No state.
+// The contact's point is halfway between capsule and floor. Per unit of velocity, a hinge moves it
+// by cdof's translation + axis x (point - com), a slide by its axis. Inputs: qpos, qvel and
+// smooth.h's results. No state.
 //
 // Each lane has its own rows. Its contacts fill the slots in order; those of the left leg, if there
 // is one, start at slot num_right in every lane. A limit or slot that a lane does not have is a row
