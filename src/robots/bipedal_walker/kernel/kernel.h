@@ -1,6 +1,6 @@
 // Interface of the kernel, which reimplements Box2D's solvers for many walkers, bit for bit.
 //
-// The kernel does not depend on Box2D: a world's numbers are copied into an Island or an ToiIsland,
+// The kernel does not depend on Box2D: a world's numbers are copied into an Island or a ToiIsland,
 // solved together with those of other worlds, and copied back.
 //
 // A step of a walker has these parts (box2d_pinned/world_step.cpp, world_toi.h):
