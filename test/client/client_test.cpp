@@ -6,8 +6,11 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <functional>
 #include <limits>
+#include <optional>
 #include <thread>
+#include <tuple>
 
 #include "allocation_counter.h"
 #include "base/posix.h"
@@ -54,117 +57,89 @@ std::string request_of(ServiceIndex service, const std::string& body, const Call
   return requests.at(0);
 }
 
-TEST(Client, Steps) {
-  const std::vector<double> action{0.5, -0.0, std::numeric_limits<double>::quiet_NaN()};
-  Transition transition;
-  EXPECT_EQ(
-      request_of(kStep, to_bytes(example_transition()),
-                 [&](Client& client) { client.step(action.data(), action.size(), transition); }),
-      Message().array(action).bytes());
-  expect_example(transition);
-}
-
-TEST(Client, RepeatsAStep) {
-  const RepeatedStep meant{example_transition(), 2, -0.25};
-  const std::vector<double> action{0.5, -0.0};
-  RepeatedStep repeated;
-  EXPECT_EQ(request_of(kStepMany, to_bytes(meant),
-                       [&](Client& client) {
-                         client.step_many(action.data(), action.size(), 4, repeated);
-                       }),
-            Message().array(action).number(std::uint32_t{4}).bytes());
-  EXPECT_EQ(to_bytes(repeated), to_bytes(meant));
-}
-
-TEST(Client, Resets) {
-  const std::uint64_t max = std::numeric_limits<std::uint64_t>::max();
-  for (const std::optional<std::uint64_t> seed : {std::optional<std::uint64_t>(max), {}}) {
-    Transition transition;
-    const std::string own_world(8, '\0');  // no preset, no parameters
-    EXPECT_EQ(request_of(kReset, to_bytes(Reset{example_transition(), {}}),
-                         [&](Client& client) { client.reset(seed, transition); }),
-              Message().number(std::uint8_t{seed.has_value()}).number(seed.value_or(0)).bytes() +
-                  own_world);
-    expect_example(transition);
-  }
-}
-
 /// A world as it is sent: the empty one as the preset that is Gymnasium's.
 std::string sent(const World& world) {
   Message message;
   return append(world, message.text(world.empty() ? "gymnasium" : "")).bytes();
 }
 
-TEST(Client, ResetsInAWorld) {
-  const Reset meant{example_transition(), {{"gravity", -1.5}, {"pit_gap", 0.5}}};
-  for (const World& world : {World{{"gravity", {-2, -1}}, {"pit_gap", {0.5, 0.5}}}, World{}}) {
-    Reset reset;
-    EXPECT_EQ(request_of(kReset, to_bytes(meant),
-                         [&](Client& client) { client.reset(std::nullopt, world, reset); }),
-              std::string(9, '\0') + sent(world));
-    EXPECT_EQ(to_bytes(reset), to_bytes(meant));
+/// messages_test has the answers. An empty list resets all environments of the server.
+TEST(Client, SendsRequests) {
+  using Environments = std::vector<std::uint32_t>;
+  const std::vector<double> action{0.5, -0.0, std::numeric_limits<double>::quiet_NaN()};
+  const World world{{"gravity", {-2, -1}}, {"pit_gap", {0.5, 0.5}}};
+  const std::uint64_t max = std::numeric_limits<std::uint64_t>::max();
+  const std::vector<std::optional<std::uint64_t>> seeds{5, std::nullopt};
+  Transition transition;
+  RepeatedStep repeated;
+  Reset reset;
+  BatchTransition batch;
+  BatchReset resets;
+  const std::string begun = to_bytes(Reset{example_transition(), {}});
+  const std::string done = Message().number(std::uint8_t{1}).text("").bytes();
+  const std::string two_begun = to_bytes(BatchReset{{1, 2, 3, 4, 5, 6}, {7, 8}, {}, {}, {}});
+  const std::string own_world(8, '\0');  // no preset, no parameters
+  const auto lists = [&](const std::vector<World>& worlds) {
+    Message message;
+    message.array<std::uint32_t>({1, 0}).array<std::uint8_t>({1, 0}).array<std::uint64_t>({5, 0});
+    std::string bytes = message.number(static_cast<std::uint32_t>(worlds.size())).bytes();
+    for (const World& each : worlds) bytes += sent(each);
+    return bytes;
+  };
+  const std::tuple<ServiceIndex, std::string, std::function<void(Client&)>, std::string> calls[] = {
+      {kStep, to_bytes(example_transition()),
+       [&](Client& client) { client.step(action.data(), action.size(), transition); },
+       Message().array(action).bytes()},
+      {kStepMany, to_bytes(RepeatedStep{example_transition(), 2, -0.25}),
+       [&](Client& client) { client.step_many(action.data(), action.size(), 4, repeated); },
+       Message().array(action).number(std::uint32_t{4}).bytes()},
+      {kStepBatch, to_bytes(example_batch()),
+       [&](Client& client) { client.step_batch(action.data(), action.size(), batch); },
+       Message().array(action).bytes()},
+      {kReset, begun, [&](Client& client) { client.reset(max, transition); },
+       Message().number(std::uint8_t{1}).number(max).bytes() + own_world},
+      {kReset, begun, [&](Client& client) { client.reset({}, transition); },
+       std::string(9, '\0') + own_world},
+      {kReset, begun, [&](Client& client) { client.reset({}, world, reset); },
+       std::string(9, '\0') + sent(world)},
+      {kReset, begun, [&](Client& client) { client.reset({}, World{}, reset); },
+       std::string(9, '\0') + sent({})},
+      {kResetBatch, two_begun,
+       [&](Client& client) {
+         client.reset_batch({1, 0}, seeds, resets);
+       },
+       lists({})},
+      {kResetBatch, two_begun,
+       [&](Client& client) {
+         client.reset_batch({1, 0}, seeds, {world}, resets);
+       },
+       lists({world})},
+      {kResetBatch, two_begun,
+       [&](Client& client) {
+         client.reset_batch({1, 0}, seeds, {{}, world}, resets);
+       },
+       lists({{}, world})},
+      {kResetBatch, two_begun, [&](Client& client) { client.reset_batch({}, {}, resets); },
+       std::string(16, '\0')},
+      {kResetBatch, to_bytes(BatchReset{{1, 2, 3}, {7}, {}, {}, {}}),
+       [&](Client& client) { client.reset_batch({1}, {}, resets); },
+       Message().array(Environments{1}).bytes() + std::string(12, '\0')},
+      {kSetWorld, done,
+       [&](Client& client) {
+         client.set_world({1, 0}, {world, {}});
+       },
+       Message().array(Environments{1, 0}).number(std::uint32_t{2}).bytes() + sent(world) +
+           sent({})},
+  };
+  for (const auto& [service, body, call, request] : calls) {
+    EXPECT_EQ(request_of(service, body, call), request) << kServiceTypes[service].name;
   }
 }
 
-TEST(Client, SetsWorlds) {
-  const World moon{{"gravity", {-1.62, -1.62}}};
-  EXPECT_EQ(request_of(kSetWorld, Message().number(std::uint8_t{1}).text("").bytes(),
-                       [&](Client& client) {
-                         client.set_world({1, 0}, {moon, {}});
-                       }),
-            Message().array<std::uint32_t>({1, 0}).number(std::uint32_t{2}).bytes() + sent(moon) +
-                sent({}));
-  EXPECT_EQ(message_of<RequestRefused>([&] {
-              request_of(kSetWorld, Message().number(std::uint8_t{0}).text("no").bytes(),
-                         [&](Client& client) { client.set_world({}, {moon}); });
-            }),
-            "no");
-}
-
-TEST(Client, ResetsABatch) {
-  const BatchReset meant{{1, 2, 3, 4, 5, 6}, {7, 8}, {1}, {"the engine"}, {{0, {{"gravity", -3}}}}};
-  const World world{{"gravity", {-4, -2}}};
-  for (const std::vector<World>& worlds : {std::vector<World>{}, {world}, {{}, world}}) {
-    BatchReset reset;
-    std::string expected = Message()
-                               .array<std::uint32_t>({1, 0})
-                               .array<std::uint8_t>({1, 0})
-                               .array<std::uint64_t>({5, 0})
-                               .number(static_cast<std::uint32_t>(worlds.size()))
-                               .bytes();
-    for (const World& each : worlds) expected += sent(each);
-    EXPECT_EQ(
-        request_of(kResetBatch, to_bytes(meant),
-                   [&](Client& client) {
-                     client.reset_batch({1, 0}, {std::uint64_t{5}, std::nullopt}, worlds, reset);
-                   }),
-        expected);
-    EXPECT_EQ(to_bytes(reset), to_bytes(meant));
-  }
-}
-
-/// An empty list resets all environments of the server.
-TEST(Client, ResetsAllOrOne) {
-  for (const std::vector<std::uint32_t>& environments : {std::vector<std::uint32_t>{}, {1}}) {
-    const std::size_t rows = environments.empty() ? 2 : 1;
-    const BatchReset meant{
-        std::vector<double>(3 * rows, 0.5), std::vector<double>(rows, 2), {}, {}, {}};
-    BatchReset reset;
-    request_of(kResetBatch, to_bytes(meant),
-               [&](Client& client) { client.reset_batch(environments, {}, reset); });
-    EXPECT_EQ(to_bytes(reset), to_bytes(meant));
-  }
-}
-
-TEST(Client, StepsABatch) {
-  BatchTransition received;
-  const std::vector<double> actions{0.5, -0.5};
-  EXPECT_EQ(request_of(kStepBatch, to_bytes(example_batch()),
-                       [&](Client& client) {
-                         client.step_batch(actions.data(), actions.size(), received);
-                       }),
-            Message().array(actions).bytes());
-  EXPECT_EQ(to_bytes(received), to_bytes(example_batch()));
+TEST(Client, ThrowsTheReasonOfARefusedWorld) {
+  const std::string refusal = Message().number(std::uint8_t{0}).text("no").bytes();
+  const auto set_world = [](Client& client) { client.set_world({}, {World{}}); };
+  EXPECT_EQ(message_of<RequestRefused>([&] { request_of(kSetWorld, refusal, set_world); }), "no");
 }
 
 TEST(Client, RendersAPicture) {

@@ -125,12 +125,6 @@ TEST(PoolInterruption, EndsTheConstruction) {
   EXPECT_EQ(fakes.all->size(), kMade);
 }
 
-TEST_F(PoolTest, ModesHaveGymnasiumsNames) {
-  EXPECT_STREQ(to_text(AutoresetMode::next_step), "next_step");
-  EXPECT_STREQ(to_text(AutoresetMode::same_step), "same_step");
-  EXPECT_STREQ(to_text(AutoresetMode::disabled), "disabled");
-}
-
 TEST_F(PoolTest, RejectsDifferentEnvironments) {
   class Other : public FakeWalker {
    public:
@@ -145,16 +139,6 @@ TEST_F(PoolTest, RejectsDifferentEnvironments) {
   options.num_envs = 3;
   EXPECT_EQ(message_of<std::invalid_argument>([&] { Pool(make, options); }),
             "environment 2: Fake-v0; must be as the first one, Fake-v0 with the same parameters");
-}
-
-TEST_F(PoolTest, StepsEachWithItsOwnAction) {
-  reset();
-  step({1, 2, 30, 40, 500, 600});
-  EXPECT_EQ(arrays_->rewards, (Values{3, 70, 1100}));
-  EXPECT_EQ(arrays_->observations, (Values{1, 1, 1, 1, 1, 1}));
-  EXPECT_EQ(arrays_->steps, (List{1, 1, 1}));
-  EXPECT_EQ(arrays_->terminated, (Flags{0, 0, 0}));
-  EXPECT_EQ(arrays_->final_info, Values(kCount, PoolArrays::kUntouched));
 }
 
 TEST_F(PoolTest, LeavesOutNullArrays) {
@@ -197,26 +181,29 @@ TEST_F(PoolTest, SameStepResetsAtOnceAndReturnsTheFinalRow) {
   EXPECT_STREQ(pool_->end_reason(1), "");
 }
 
-TEST_F(PoolTest, DisabledRefusesTheWholeStepUntilTheReset) {
+TEST_F(PoolTest, RefusesTheWholeStepIfOneNeedsAReset) {
+  const auto expect_refusals = [this](const std::string& reason) {
+    const std::string message = "environment 1: " + reason + "; reset first";
+    EXPECT_EQ(refusal<ResetNeeded>([this] { step(); }), message);
+    EXPECT_EQ(refusal<ResetNeeded>([this] { send({0, 1}); }), message);
+  };
+  reset({0, 2});
+  expect_refusals("there is no episode yet");
   make(AutoresetMode::disabled);
+  fakes_[1].reset_fails = true;
+  reset();
+  expect_refusals("the simulation failed at its reset");
+  fakes_[1].reset_fails = false;
   fakes_[1].length = 2;
   reset();
   step();
   step();
-  EXPECT_EQ(refusal<ResetNeeded>([&] { step(); }),
-            "environment 1: the episode ended after 2 steps; reset first");
+  expect_refusals("the episode ended after 2 steps");
   reset({1}, {8});
   EXPECT_EQ(arrays_->info, (Values{-1, 8, -1}));
-  EXPECT_EQ(arrays_->episodes, (List{1, 2, 1}));
+  EXPECT_EQ(arrays_->episodes, (List{2, 3, 2}));
   step();
   EXPECT_EQ(arrays_->steps, (List{3, 1, 3}));
-}
-
-TEST_F(PoolTest, RefusesStepsBeforeTheFirstReset) {
-  reset({0, 2});
-  const std::string reason = "environment 1: there is no episode yet; reset first";
-  EXPECT_EQ(refusal<ResetNeeded>([this] { step(); }), reason);
-  EXPECT_EQ(refusal<ResetNeeded>([this] { send({0, 1}); }), reason);
 }
 
 TEST_F(PoolTest, ChecksAllActionsBeforeAnyStep) {
@@ -292,7 +279,7 @@ TEST_F(PoolTest, AFailedStepKeepsTheLastObservationInAnyArrays) {
   EXPECT_EQ(others.observations, (Values{1, 2, 1, 2, 1, 1}));
 }
 
-TEST_F(PoolTest, AFailedResetIsAnEndedEpisode) {
+TEST_F(PoolTest, AFailedResetIsAnEndedEpisodeAndRepeatedByTheNextStep) {
   for (const AutoresetMode mode : kModes) {
     make(mode);
     fakes_[1].reset_fails = true;
@@ -304,44 +291,27 @@ TEST_F(PoolTest, AFailedResetIsAnEndedEpisode) {
     EXPECT_STREQ(pool_->error(1), "");
     EXPECT_STREQ(pool_->end_reason(1), "the simulation failed at its reset");
     EXPECT_STREQ(pool_->reset_error(0), "");
+    if (mode != AutoresetMode::disabled) {
+      arrays_->forget_final(1);
+      step(kOnes);
+      expect_row(0, {2, 0, 0, 1, 1, /**/ 1, 1, -1});
+      expect_failed_reset(mode, 2);
+      EXPECT_STREQ(pool_->reset_error(1), "no ground");
+      fakes_[1].reset_fails = false;
+      arrays_->forget_final(1);
+      step(kOnes);
+      expect_row(1, {0, 0, 0, 3, 0, /**/ 1, 0, 6});  // its action is ignored
+      EXPECT_STREQ(pool_->reset_error(1), "");
+    }
     fakes_[1].reset_fails = false;
     arrays_->forget_final(1);
     reset({1}, {8});
-    expect_row(1, {0, 0, 0, 2, 0, /**/ 1, 0, 8});
+    EXPECT_EQ(arrays_->info[1], 8);
     EXPECT_STREQ(pool_->reset_error(1), "");
     EXPECT_STREQ(pool_->end_reason(1), "");
     step();
-    EXPECT_EQ(arrays_->steps, (List{1, 1, 1}));
+    EXPECT_EQ(arrays_->steps[1], 1U);
   }
-}
-
-TEST_F(PoolTest, AFailedResetIsRepeatedByTheNextStep) {
-  for (const AutoresetMode mode : {AutoresetMode::next_step, AutoresetMode::same_step}) {
-    make(mode);
-    fakes_[1].reset_fails = true;
-    reset();
-    arrays_->forget_final(1);
-    step(kOnes);
-    expect_row(0, {2, 0, 0, 1, 1, /**/ 1, 1, -1});
-    expect_failed_reset(mode, 2);
-    EXPECT_STREQ(pool_->reset_error(1), "no ground");
-    fakes_[1].reset_fails = false;
-    arrays_->forget_final(1);
-    step(kOnes);
-    expect_row(1, {0, 0, 0, 3, 0, /**/ 1, 0, -1});  // its action is ignored
-    EXPECT_STREQ(pool_->reset_error(1), "");
-    step(kOnes);
-    EXPECT_EQ(arrays_->steps, (List{3, 1, 3}));
-  }
-}
-
-TEST_F(PoolTest, DisabledRefusesAStepAfterAFailedReset) {
-  make(AutoresetMode::disabled);
-  fakes_[1].reset_fails = true;
-  reset();
-  const std::string reason = "environment 1: the simulation failed at its reset; reset first";
-  EXPECT_EQ(refusal<ResetNeeded>([this] { step(); }), reason);
-  EXPECT_EQ(refusal<ResetNeeded>([this] { send({0, 1}); }), reason);
 }
 
 TEST_F(PoolTest, AFailedAutoresetLeavesTheOthersAlone) {
@@ -384,20 +354,6 @@ TEST_F(PoolTest, AStepAndTheResetAfterItMayBothFail) {
   EXPECT_STREQ(pool_->error(1), "the engine gave up");
   EXPECT_STREQ(pool_->reset_error(1), "no ground");
   EXPECT_STREQ(pool_->end_reason(1), "the simulation failed");
-}
-
-TEST_F(PoolTest, ReceivesEachOnce) {
-  make(AutoresetMode::next_step, 1);
-  reset();
-  send({2, 0});
-  send({1});
-  std::vector<int> received(kCount);
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const std::uint32_t environment = recv()[0];
-    ++received[environment];
-    expect_row(0, {1, 0, 0, 1, 1, /**/ 1, 1, -1});
-  }
-  EXPECT_EQ(received, (std::vector<int>{1, 1, 1}));
 }
 
 TEST_F(PoolTest, SendingCopiesTheActions) {

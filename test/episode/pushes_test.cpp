@@ -62,8 +62,16 @@ class PushesTest : public testing::TestWithParam<const char*> {
     return action;
   }
 
+  void step_both() {
+    for (Episode* each : {walker_.get(), other_.get()}) each->step(action_);
+  }
+
   std::mt19937_64 random_{1};
   std::uniform_real_distribution<double> unit_{-1, 1};
+  const std::unique_ptr<Episode> walker_ = begun();
+  const std::unique_ptr<Episode> other_ = begun();
+  const std::vector<double> action_ =
+      std::vector<double>(walker_->specification().action_size(), 0.1);
 };
 
 TEST_P(PushesTest, ARecordRepeatsThem) {
@@ -101,95 +109,74 @@ TEST_P(PushesTest, ARecordRepeatsThem) {
 }
 
 TEST_P(PushesTest, ActInOneStep) {
-  const auto walker = begun();
-  const auto other = begun();
-  const std::vector<double> action(walker->specification().action_size(), 0.1);
-  for (Episode* each : {walker.get(), other.get()}) each->step(action);
-  walker->push({0, 20, 10, 0});
-  for (Episode* each : {walker.get(), other.get()}) each->step(action);
-  EXPECT_NE(row_of(*walker), row_of(*other));
+  step_both();
+  walker_->push({0, 20, 10, 0});
+  step_both();
+  EXPECT_NE(row_of(*walker_), row_of(*other_));
   const auto repeated = make_walker();
-  repeated->begin(walker->record());
-  EXPECT_TRUE(repeated->repeat(walker->record(), kWhenever));
+  repeated->begin(walker_->record());
+  EXPECT_TRUE(repeated->repeat(walker_->record(), kWhenever));
   for (int i = 0; i < 20; ++i) {  // without another push
-    for (Episode* each : {walker.get(), repeated.get()}) each->step(action);
-    ASSERT_EQ(row_of(*walker), row_of(*repeated));
+    for (Episode* each : {walker_.get(), repeated.get()}) each->step(action_);
+    ASSERT_EQ(row_of(*walker_), row_of(*repeated));
   }
-  EXPECT_EQ(walker->record().pushes.size(), 1U);
+  EXPECT_EQ(walker_->record().pushes.size(), 1U);
 }
 
 TEST_P(PushesTest, OnSeveralLinksAddUpAndALaterOneReplaces) {
-  const auto walker = begun();
   const LinkWrench trunk{0, 20, 10, 0};
   const LinkWrench shin{2, -5, 7, 1};
-  for (const LinkWrench& wrench : {shin, LinkWrench{0, 99, 99, 99}, trunk}) walker->push(wrench);
-  const std::vector<double> action(walker->specification().action_size(), 0.1);
-  walker->step(action);
-  const std::vector<RecordedPush> pushes = walker->record().pushes;
+  for (const LinkWrench& wrench : {shin, LinkWrench{0, 99, 99, 99}, trunk}) walker_->push(wrench);
+  for (const LinkWrench& wrench : {trunk, shin}) other_->push(wrench);
+  step_both();
+  const std::vector<RecordedPush> pushes = walker_->record().pushes;
   ASSERT_EQ(pushes.size(), 2U);
   EXPECT_EQ(pushes[0].step, 1U);
   EXPECT_TRUE(pushes[0].wrench == trunk);
   EXPECT_TRUE(pushes[1].wrench == shin);
-  const auto other = begun();
-  for (const LinkWrench& wrench : {trunk, shin}) other->push(wrench);
-  other->step(action);
-  EXPECT_EQ(row_of(*walker), row_of(*other));
+  EXPECT_EQ(row_of(*walker_), row_of(*other_));
 }
 
 TEST_P(PushesTest, ZerosCancel) {
-  const auto walker = begun();
-  const auto other = begun();
-  const std::vector<double> action(walker->specification().action_size(), 0.1);
   for (const LinkWrench& wrench :
        {LinkWrench{0, 20, 10, 0}, LinkWrench{1, 20, 10, 0}, LinkWrench{0, 0, 0, 0}}) {
-    walker->push(wrench);
+    walker_->push(wrench);
   }
-  other->push({1, 20, 10, 0});
-  other->push({0, 0, 0, 0});  // nothing to cancel
-  for (Episode* each : {walker.get(), other.get()}) each->step(action);
-  EXPECT_EQ(row_of(*walker), row_of(*other));
-  EXPECT_EQ(walker->record().pushes.size(), 1U);
-  EXPECT_EQ(other->record().pushes.size(), 1U);
+  other_->push({1, 20, 10, 0});
+  other_->push({0, 0, 0, 0});  // nothing to cancel
+  step_both();
+  EXPECT_EQ(row_of(*walker_), row_of(*other_));
+  EXPECT_EQ(walker_->record().pushes.size(), 1U);
+  EXPECT_EQ(other_->record().pushes.size(), 1U);
 }
 
 TEST_P(PushesTest, ARecordMayHaveZeros) {
-  const auto original = begun();
-  const std::vector<double> action(original->specification().action_size(), 0.1);
-  original->step(action);
-  original->push({0, 20, 10, 0});
-  original->step(action);
-  EpisodeRecord record = original->record();
+  step_both();
+  walker_->push({0, 20, 10, 0});
+  step_both();
+  EpisodeRecord record = walker_->record();
   record.pushes.insert(record.pushes.begin(), {1, {0, 0, 0, 0}});
-  const auto repeated = make_walker();
-  repeated->begin(record);
-  ASSERT_TRUE(repeated->repeat(record, kWhenever));
-  EXPECT_EQ(row_of(*repeated), row_of(*original));
-  EXPECT_EQ(repeated->record().pushes.size(), 2U);
+  other_->begin(record);
+  ASSERT_TRUE(other_->repeat(record, kWhenever));
+  EXPECT_EQ(row_of(*other_), row_of(*walker_));
+  EXPECT_EQ(other_->record().pushes.size(), 2U);
 }
 
 TEST_P(PushesTest, AResetDropsThem) {
-  const auto walker = begun();
-  const auto other = begun();
-  walker->push({0, 20, 10, 0});
-  for (Episode* each : {walker.get(), other.get()}) {
-    each->reset(5);
-    each->step(std::vector<double>(each->specification().action_size(), 0.1));
-  }
-  EXPECT_EQ(row_of(*walker), row_of(*other));
-  EXPECT_TRUE(walker->record().pushes.empty());
+  walker_->push({0, 20, 10, 0});
+  for (Episode* each : {walker_.get(), other_.get()}) each->reset(5);
+  step_both();
+  EXPECT_EQ(row_of(*walker_), row_of(*other_));
+  EXPECT_TRUE(walker_->record().pushes.empty());
 }
 
 TEST_P(PushesTest, ALoadedStateDropsThem) {
-  const auto walker = begun();
   std::vector<std::byte> state;
-  walker->save_state(state);
-  const std::vector<double> action(walker->specification().action_size(), 0.1);
-  walker->step(action);
-  const Row row = row_of(*walker);
-  walker->push({0, 20, 10, 0});
-  walker->load_state(state.data(), state.size());
-  walker->step(action);
-  EXPECT_EQ(row_of(*walker), row);
+  other_->save_state(state);
+  walker_->push({0, 20, 10, 0});
+  walker_->load_state(state.data(), state.size());
+  step_both();
+  EXPECT_EQ(row_of(*walker_), row_of(*other_));
 }
 
 TEST_P(PushesTest, GroupsHaveTheBitsOfSingleSteps) {
@@ -222,57 +209,46 @@ TEST_P(PushesTest, GroupsHaveTheBitsOfSingleSteps) {
 }
 
 TEST_P(PushesTest, WrongOnesAreRefused) {
-  const auto walker = begun();
   const auto refusal = [&](const LinkWrench& wrench) {
-    return message_of<std::invalid_argument>([&] { walker->push(wrench); });
+    return message_of<std::invalid_argument>([&] { walker_->push(wrench); });
   };
-  const std::string links = std::to_string(walker->specification().links.size());
+  const std::string links = std::to_string(walker_->specification().links.size());
   EXPECT_EQ(refusal({99, 0, 0, 0}), "link = 99; must be below " + links);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refusal({0, nan, 0, 0}), "force_x = nan N; must be finite, and at most 2000000");
   EXPECT_EQ(refusal({0, 0, -3e6, 0}), "force_z = -3000000 N; must be finite, and at most 2000000");
   EXPECT_EQ(refusal({0, 0, 0, HUGE_VAL}),
             "torque_y = inf N m; must be finite, and at most 2000000");
-  const std::vector<double> action(walker->specification().action_size());
-  const auto other = begun();
-  for (Episode* each : {walker.get(), other.get()}) each->step(action);
-  EXPECT_EQ(row_of(*walker), row_of(*other));
+  EXPECT_EQ(message_of<ResetNeeded>([] { make_walker()->push({}); }),
+            "push: there is no episode yet; reset first");
+  step_both();
+  EXPECT_EQ(row_of(*walker_), row_of(*other_));
 }
 
 /// The strongest pushes may end the episode, but harm nothing else.
 TEST_P(PushesTest, TheStrongestAreSurvived) {
-  const auto walker = begun();
-  const auto fresh = begun();
   for (int i = 0; i < 40; ++i) {
-    if (walker->state().has_ended()) walker->reset(i);
+    if (walker_->state().has_ended()) walker_->reset(i);
     const double sign = i % 2 == 0 ? 1 : -1;
-    for (std::uint32_t link = 0; link < walker->specification().links.size(); ++link) {
-      walker->push({link, sign * kMaxTurnedPush, kMaxTurnedPush, -sign * kMaxTurnedPush});
+    for (std::uint32_t link = 0; link < walker_->specification().links.size(); ++link) {
+      walker_->push({link, sign * kMaxTurnedPush, kMaxTurnedPush, -sign * kMaxTurnedPush});
     }
-    walker->step(draw_action(*walker));
+    walker_->step(draw_action(*walker_));
   }
-  walker->reset(3);
-  const std::vector<double> action(walker->specification().action_size(), 0.2);
+  walker_->reset(3);
   for (int i = 0; i < 20; ++i) {
-    for (Episode* each : {walker.get(), fresh.get()}) each->step(action);
-    ASSERT_EQ(row_of(*walker), row_of(*fresh));
+    step_both();
+    ASSERT_EQ(row_of(*walker_), row_of(*other_));
   }
-}
-
-TEST_P(PushesTest, NeedAnEpisode) {
-  const auto walker = make_walker();
-  EXPECT_EQ(message_of<ResetNeeded>([&] { walker->push({}); }),
-            "push: there is no episode yet; reset first");
 }
 
 TEST_P(PushesTest, ARecordsPushesAreChecked) {
-  const auto walker = begun();
   for (int i = 0; i < 4; ++i) {
-    walker->push({0, 1, 2, 3});
-    walker->push({1, 1, 2, 3});
-    walker->step(std::vector<double>(walker->specification().action_size()));
+    walker_->push({0, 1, 2, 3});
+    walker_->push({1, 1, 2, 3});
+    walker_->step(action_);
   }
-  const EpisodeRecord good = walker->record();
+  const EpisodeRecord good = walker_->record();
   ASSERT_EQ(good.pushes.size(), 8U);
   const std::vector<std::pair<std::function<void(EpisodeRecord&)>, std::string>> cases{
       {[](auto& r) { r.pushes[0].step = 0; }, "pushes[0].step = 0; must be in [1, 4]"},
@@ -285,7 +261,7 @@ TEST_P(PushesTest, ARecordsPushesAreChecked) {
   for (const auto& [change, words] : cases) {
     EpisodeRecord bad = good;
     change(bad);
-    const std::string message = message_of<std::invalid_argument>([&] { walker->begin(bad); });
+    const std::string message = message_of<std::invalid_argument>([&] { walker_->begin(bad); });
     EXPECT_EQ(message.rfind(words, 0), 0U) << message;
   }
 }

@@ -7,12 +7,10 @@
 #include <cstdio>
 #include <fstream>
 #include <limits>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/random.h"
-#include "episode/effects.h"
 #include "error_message.h"
 #include "walker_sim/registry.h"
 
@@ -20,11 +18,6 @@ namespace walker {
 namespace {
 
 const std::string kId = "BipedalWalker-v3";
-
-const Specification& specification() {
-  static const std::unique_ptr<Environment> kEnvironment = make(kId);
-  return kEnvironment->specification();
-}
 
 std::string refusal(const std::string& id, const World& world) {
   return message_of<std::invalid_argument>([&] { check_world(id, world); });
@@ -157,47 +150,6 @@ TEST(World, HasLimitsAroundItsDefaults) {
       EXPECT_LE(parameter.default_value, parameter.maximum);
     }
   }
-}
-
-TEST(World, DrawsByNumpysGenerators) {
-  // numpy.random.default_rng(words) with the words of `derive`.
-  EXPECT_EQ(derive(Generator(7).state(), "gravity").random(), 0x1.1666c5fe5b080p-6);
-  EXPECT_EQ(Generator(std::vector<std::uint32_t>{1, 2, 3, 4, 5, 6}).random(), 0x1.3e5d36f6dc4cap-1);
-}
-
-TEST(World, DrawsEachParameterByItself) {
-  const GeneratorState state = Generator(3).state();
-  const WorldValues one = CheckedWorld(specification(), {{"gravity", {-12, -8}}}).draw(state);
-  const WorldValues both =
-      CheckedWorld(specification(),
-                   {{"dropout", {0.5, 0.5}}, {"gravity", {-12, -8}}, {"mass_scale", {0.9, 1.1}}})
-          .draw(state);
-  EXPECT_EQ(one.size(), 1U);
-  EXPECT_EQ(both.size(), 3U);
-  EXPECT_EQ(both.at("gravity"), one.at("gravity"));
-  EXPECT_EQ(both.at("dropout"), 0.5);
-  EXPECT_NE(CheckedWorld(specification(), {{"gravity", {-12, -8}}}).draw(Generator(4).state()),
-            one);
-}
-
-TEST(World, DrawsUniformly) {
-  constexpr int kDraws = 20000;
-  const CheckedWorld world(specification(), {{"gravity", {-12, -8}}, {"stair_steps", {2, 4}}});
-  double sum = 0;
-  double sum_of_squares = 0;
-  std::vector<int> counts(3);
-  for (int i = 0; i < kDraws; ++i) {
-    const WorldValues values = world.draw(Generator(static_cast<std::uint64_t>(i)).state());
-    const double unit = (values.at("gravity") + 12) / 4;
-    ASSERT_GE(unit, 0);
-    ASSERT_LT(unit, 1);
-    sum += unit;
-    sum_of_squares += unit * unit;
-    ++counts.at(static_cast<std::size_t>(values.at("stair_steps") - 2));
-  }
-  EXPECT_NEAR(sum / kDraws, 0.5, 5 * std::sqrt(1.0 / 12 / kDraws));
-  EXPECT_NEAR(sum_of_squares / kDraws, 1.0 / 3, 5 * std::sqrt(4.0 / 45 / kDraws));
-  for (const int count : counts) EXPECT_NEAR(count, kDraws / 3.0, 5 * std::sqrt(kDraws * 2.0 / 9));
 }
 
 TEST(World, DrawsNormalNumbers) {

@@ -116,6 +116,11 @@ TEST(LookUp, RejectsAnswersOfAnotherType) {
 
 TEST(LookUp, RejectsMalformedHttp) {
   const std::string ok = "HTTP/1.1 200 OK\r\n";
+  const auto repeated = [](const std::string& field) {
+    std::string fields;
+    while (fields.size() < 2 << 20) fields += field;
+    return fields;
+  };
   const std::pair<std::string, std::string> cases[] = {
       {"SSH-2.0\r\n", "it begins SSH-2.0"},
       {"", "EOF in its header"},
@@ -128,27 +133,14 @@ TEST(LookUp, RejectsMalformedHttp) {
       {ok + "Transfer-Encoding: chunked\r\n\r\n", "the transfer encoding chunked"},
       {ok + "\r\n" + std::string(2 << 20, 'x'), "more than 1 MiB"},
       {std::string(2 << 20, 'x'), "a header of more than 64 KiB"},
+      {ok + repeated("a: b\r\n"), "a header of more than 64 KiB"},
+      {ok + repeated("a: " + std::string(4000, 'b') + "\r\n"), "a header of more than 64 KiB"},
   };
   for (const auto& [answer, reason] : cases) {
     EXPECT_EQ(outcome(saying(answer)), "not an HTTP answer: " + reason);
   }
   EXPECT_EQ(outcome(saying("HTTP/1.1 500 Internal error\r\n\r\n")),
             "HTTP status 500 Internal error");
-}
-
-TEST(LookUp, BoundsTheHeader) {
-  for (const std::string& field :
-       {std::string("a: b\r\n"), "a: " + std::string(4000, 'b') + "\r\n"}) {
-    EXPECT_EQ(outcome([&](Peer& peer) {
-                peer.take_post();
-                peer.give("HTTP/1.1 200 OK\r\n");
-                const TimePoint until = in_seconds(10);
-                while (std::chrono::steady_clock::now() < until && !peer.has_ended()) {
-                  peer.give(field);
-                }
-              }),
-              "not an HTTP answer: a header of more than 64 KiB");
-  }
 }
 
 TEST(LookUp, TimesOutAtTheDeadline) {
