@@ -17,6 +17,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include "description/link_tree.h"
+#include "pose_algebra.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -42,64 +43,37 @@ class CommittedUrdfTest : public testing::Test {
   urdf::Model model_;
 };
 
-inline urdf::Rotation to_urdf(const Quaternion& q) {
-  urdf::Rotation rotation;
-  rotation.setFromQuaternion(q[0], q[1], q[2], q[3]);
-  return rotation;
+inline Pose to_pose(const urdf::Pose& pose) {
+  const auto& [position, rotation] = std::tie(pose.position, pose.rotation);
+  return {{position.x, position.y, position.z}, {rotation.x, rotation.y, rotation.z, rotation.w}};
 }
 
-inline urdf::Vector3 to_urdf(const Vector3& v) { return {v[0], v[1], v[2]}; }
-
-inline urdf::Pose to_urdf(const Pose& pose) {
-  urdf::Pose result;
-  result.position = to_urdf(pose.position);
-  result.rotation = to_urdf(pose.orientation);
-  return result;
-}
-
-/// Returns outer * inner: transforms `inner` from the frame `outer` to the frame of `outer`.
-inline urdf::Pose compose(const urdf::Pose& outer, const urdf::Pose& inner) {
-  urdf::Pose pose;
-  const urdf::Vector3 turned = outer.rotation * inner.position;
-  pose.position = urdf::Vector3(outer.position.x + turned.x, outer.position.y + turned.y,
-                                outer.position.z + turned.z);
-  pose.rotation = outer.rotation * inner.rotation;
-  return pose;
-}
-
-inline urdf::Pose about(const Vector3& axis, double angle) {
-  const double s = std::sin(angle / 2);
-  urdf::Pose pose;
-  pose.rotation = to_urdf(Quaternion{s * axis[0], s * axis[1], s * axis[2], std::cos(angle / 2)});
-  return pose;
+/// Returns a hinge's frame in its parent's, by the description, with the hinge at `angle`.
+inline Pose turned(const urdf::Joint& hinge, double angle) {
+  const Vector3 axis{hinge.axis.x, hinge.axis.y, hinge.axis.z};
+  return composed(to_pose(hinge.parent_to_joint_origin_transform), {{}, rotation(axis, angle)});
 }
 
 /// Compares the origins and the points 1 m along x and y.
-inline void expect_same_pose(const urdf::Pose& expected, const urdf::Pose& actual, double tolerance,
+inline void expect_same_pose(const Pose& expected, const Pose& actual, double tolerance,
                              const std::string& what) {
   for (const Vector3& point : {Vector3{0, 0, 0}, Vector3{1, 0, 0}, Vector3{0, 1, 0}}) {
-    urdf::Pose inner;
-    inner.position = to_urdf(point);
-    const urdf::Vector3 one = compose(expected, inner).position;
-    const urdf::Vector3 other = compose(actual, inner).position;
-    EXPECT_NEAR(one.x, other.x, tolerance) << what;
-    EXPECT_NEAR(one.y, other.y, tolerance) << what;
-    EXPECT_NEAR(one.z, other.z, tolerance) << what;
+    const Vector3 one = transformed(expected, point);
+    const Vector3 other = transformed(actual, point);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(one[k], other[k], tolerance) << what;
   }
 }
 
 /// Returns the child's frame in the parent's, by the description, with the joint at `angle`.
-inline urdf::Pose pose_of_child(const urdf::Model& model, const Joint& joint, double angle) {
+inline Pose pose_of_child(const urdf::Model& model, const Joint& joint, double angle) {
   const urdf::JointConstSharedPtr hinge = model.getJoint(joint.name);
-  const urdf::Pose turned = compose(hinge->parent_to_joint_origin_transform,
-                                    about({hinge->axis.x, hinge->axis.y, hinge->axis.z}, angle));
-  if (hinge->child_link_name == joint.child) return turned;
+  if (hinge->child_link_name == joint.child) return turned(*hinge, angle);
   const urdf::JointConstSharedPtr mount = model.getLink(joint.child)->parent_joint;
   EXPECT_EQ(mount->type, urdf::Joint::FIXED);
   EXPECT_EQ(mount->parent_link_name, hinge->child_link_name);
   EXPECT_EQ(hinge->child_link_name, joint.child + "_hinge");
   EXPECT_FALSE(model.getLink(hinge->child_link_name)->inertial);
-  return compose(turned, mount->parent_to_joint_origin_transform);
+  return composed(turned(*hinge, angle), to_pose(mount->parent_to_joint_origin_transform));
 }
 
 /// Returns a description without the comment before it, which names the environment.
@@ -169,10 +143,10 @@ inline std::vector<geometry_msgs::TransformStamped> transforms_to(
   return found;
 }
 
-inline urdf::Pose to_urdf(const geometry_msgs::Transform& transform) {
+inline Pose to_pose(const geometry_msgs::Transform& transform) {
   const auto& [translation, rotation] = std::tie(transform.translation, transform.rotation);
-  return to_urdf(Pose{{translation.x, translation.y, translation.z},
-                      {rotation.x, rotation.y, rotation.z, rotation.w}});
+  return {{translation.x, translation.y, translation.z},
+          {rotation.x, rotation.y, rotation.z, rotation.w}};
 }
 
 /// Expects one transform per link except the root, from its parent in the description: in
@@ -200,14 +174,11 @@ inline void expect_the_kinematics_of(const urdf::Model& model, const std::string
   for (const auto& [name, joint] : model.joints_) {
     const std::string child = tf_prefix + joint->child_link_name;
     const bool is_fixed = joint->type == urdf::Joint::FIXED;
-    urdf::Pose expected = joint->parent_to_joint_origin_transform;
-    if (!is_fixed) {
-      ASSERT_EQ(angles.count(name), 1U) << name;
-      const Vector3 axis{joint->axis.x, joint->axis.y, joint->axis.z};
-      expected = compose(expected, about(axis, angles.at(name)));
-    }
+    ASSERT_EQ(angles.count(name), is_fixed ? 0U : 1U) << name;
+    const Pose expected = is_fixed ? to_pose(joint->parent_to_joint_origin_transform)
+                                   : turned(*joint, angles.at(name));
     const auto found = transforms_to(child, is_fixed ? constants : state);
-    expect_same_pose(expected, to_urdf(found[0].transform), tolerance, child);
+    expect_same_pose(expected, to_pose(found[0].transform), tolerance, child);
   }
 }
 

@@ -56,18 +56,18 @@ void expect_poses_of_the_engine(const std::string& id, Parameters parameters) {
   stepper.reset(1);
   for (int step = 0; step < 300; ++step) {
     stepper.environment->sense(sensors);
-    const std::function<urdf::Pose(const std::string&)> pose_of = [&](const std::string& link) {
+    const std::function<Pose(const std::string&)> pose_of = [&](const std::string& link) {
       for (std::size_t i = 0; i < specification.joints.size(); ++i) {
         const Joint& joint = specification.joints[i];
         if (joint.child != link) continue;
-        return compose(pose_of(joint.parent),
-                       pose_of_child(model, joint, sensors.joint_position[i]));
+        return composed(pose_of(joint.parent),
+                        pose_of_child(model, joint, sensors.joint_position[i]));
       }
-      return to_urdf(sensors.link_poses[0]);
+      return sensors.link_poses[0];
     };
     for (std::size_t i = 0; i < specification.links.size(); ++i) {
       const std::string& link = specification.links[i].name;
-      expect_same_pose(to_urdf(sensors.link_poses[i]), pose_of(link), kTolerance, link);
+      expect_same_pose(sensors.link_poses[i], pose_of(link), kTolerance, link);
     }
     expect_transforms_of(model, specification, sensors);
     if (testing::Test::HasFailure()) return;
@@ -142,7 +142,7 @@ TEST(RollPitchYaw, ReadsBackAsTheSameRotation) {
     const Vector3 angles = roll_pitch_yaw(q);
     urdf::Pose read;
     read.rotation.setFromRPY(angles[0], angles[1], angles[2]);
-    expect_same_pose(to_urdf(Pose{{0, 0, 0}, q}), read, 1e-14, "rotation");
+    expect_same_pose({{0, 0, 0}, q}, to_pose(read), 1e-14, "rotation");
   }
 }
 
