@@ -26,7 +26,7 @@ class Loop {
 
   /// Waits for the deadline plus `lateness`, then takes a step of duration `step`.
   /// @return when the step began
-  Time run_step(Duration lateness, Duration step) {
+  Time run_step(Duration lateness = Duration::zero(), Duration step = Duration::zero()) {
     now += std::max(pacer.remaining(now), Duration::zero()) + lateness;
     const Time begun = now;
     missed += pacer.step_begins(now);
@@ -59,7 +59,7 @@ TEST(Pacer, DoesNotDrift) {
   Loop loop(1);
   for (std::int64_t i = 1; i <= kSteps; ++i) {
     const Duration lateness(late(draws));
-    const Time begun = loop.run_step(lateness, nanoseconds(0));
+    const Time begun = loop.run_step(lateness);
     ASSERT_EQ(begun, kStart + i * milliseconds(20) + lateness);
   }
   EXPECT_EQ(loop.missed, 0U);
@@ -88,23 +88,22 @@ TEST(Pacer, SmallFactorsDoNotOverflow) {
 TEST(Pacer, DoesNotCatchUpAfterAStall) {
   Loop loop(1);
   loop.run_step(milliseconds(0), seconds(1));  // due at 20 ms; the step of 40 ms begins at 1020 ms
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(1020));
+  EXPECT_EQ(loop.run_step(), kStart + milliseconds(1020));
   EXPECT_EQ(loop.missed, 49U) << "60, 80, ... 1020 ms";
   for (int i = 1; i <= 10; ++i)
-    EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)),
-              kStart + milliseconds(1020) + i * milliseconds(20));
+    EXPECT_EQ(loop.run_step(), kStart + milliseconds(1020) + i * milliseconds(20));
   EXPECT_EQ(loop.missed, 49U);
 }
 
 TEST(Pacer, ALateStepKeepsTheSchedule) {
   Loop loop(1);
-  EXPECT_EQ(loop.run_step(milliseconds(20) - nanoseconds(1), milliseconds(0)),
+  EXPECT_EQ(loop.run_step(milliseconds(20) - nanoseconds(1)),
             kStart + milliseconds(40) - nanoseconds(1));
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(40));
+  EXPECT_EQ(loop.run_step(), kStart + milliseconds(40));
   EXPECT_EQ(loop.missed, 0U);
-  EXPECT_EQ(loop.run_step(milliseconds(20), milliseconds(0)), kStart + milliseconds(80));
+  EXPECT_EQ(loop.run_step(milliseconds(20)), kStart + milliseconds(80));
   EXPECT_EQ(loop.missed, 1U);
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(100));
+  EXPECT_EQ(loop.run_step(), kStart + milliseconds(100));
 }
 
 TEST(Pacer, BoundsTheDistanceOfSteps) {
@@ -114,7 +113,7 @@ TEST(Pacer, BoundsTheDistanceOfSteps) {
   std::vector<Time> begun;
   for (int i = 0; i < 10'000; ++i) {
     const std::chrono::duration<double> lateness(late(draws));
-    begun.push_back(loop.run_step(std::chrono::duration_cast<Duration>(lateness), milliseconds(0)));
+    begun.push_back(loop.run_step(std::chrono::duration_cast<Duration>(lateness)));
   }
   EXPECT_GT(loop.missed, 1000U);
   for (std::size_t i = 0; i < begun.size(); ++i) {
@@ -159,7 +158,7 @@ TEST(Pacer, ANewFactorCountsFromTheLastStep) {
   Loop loop(1);
   loop.run_step(milliseconds(0), milliseconds(5));  // begins at 20 ms, ends at 25 ms
   loop.pacer.set_real_time_factor(2, loop.now);
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + milliseconds(30));
+  EXPECT_EQ(loop.run_step(), kStart + milliseconds(30));
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(5)), kStart + milliseconds(40));
   loop.pacer.set_real_time_factor(0.5, loop.now);
   EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(5)), kStart + milliseconds(80));
@@ -174,12 +173,11 @@ TEST(Pacer, ANewFactorCountsFromTheLastStep) {
 
 TEST(Pacer, ANewFactorMissesNoDeadline) {
   Loop loop(0.01);  // a step every two seconds
-  loop.run_step(milliseconds(0), milliseconds(0));
+  loop.run_step();
   loop.now += seconds(1);
   loop.pacer.set_real_time_factor(1, loop.now);
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)), kStart + seconds(3));
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)),
-            kStart + seconds(3) + milliseconds(20));
+  EXPECT_EQ(loop.run_step(), kStart + seconds(3));
+  EXPECT_EQ(loop.run_step(), kStart + seconds(3) + milliseconds(20));
   EXPECT_EQ(loop.missed, 0U);
 }
 
@@ -198,11 +196,10 @@ TEST(Pacer, StepsWhileTheFactorChangesOften) {
 
 TEST(Pacer, ARestartIgnoresThePause) {
   Loop loop(1);
-  loop.run_step(milliseconds(0), milliseconds(0));
+  loop.run_step();
   loop.now += seconds(10);
   loop.pacer.restart(loop.now);
-  EXPECT_EQ(loop.run_step(milliseconds(0), milliseconds(0)),
-            kStart + seconds(10) + milliseconds(40));
+  EXPECT_EQ(loop.run_step(), kStart + seconds(10) + milliseconds(40));
   EXPECT_EQ(loop.missed, 0U);
 }
 

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "episode/rollout.h"
@@ -18,22 +19,6 @@ namespace walker {
 namespace {
 
 constexpr std::size_t kStackSize = std::size_t{96} << 10U;
-
-void run_on_small_stack(const std::function<void()>& function) {
-  pthread_attr_t attributes;
-  pthread_attr_init(&attributes);
-  ASSERT_EQ(pthread_attr_setstacksize(&attributes, kStackSize), 0);
-  pthread_t thread{};
-  const auto start = [](void* argument) -> void* {
-    (*static_cast<const std::function<void()>*>(argument))();
-    return nullptr;
-  };
-  ASSERT_EQ(pthread_create(&thread, &attributes, start,
-                           const_cast<void*>(static_cast<const void*>(&function))),
-            0);
-  pthread_join(thread, nullptr);
-  pthread_attr_destroy(&attributes);
-}
 
 /// Sets a small default stack size, for threads such as std::thread that set none.
 class SmallStackByDefault {
@@ -56,6 +41,11 @@ class SmallStackByDefault {
  private:
   pthread_attr_t before_;
 };
+
+void run_on_small_stack(const std::function<void()>& function) {
+  const SmallStackByDefault small;
+  std::thread(function).join();
+}
 
 void play_alone(const std::string& id, const Parameters& parameters = {}) {
   Stepper walker(id, parameters);
@@ -94,7 +84,6 @@ TEST_P(SmallStackTest, SufficesForOneEnvironment) {
 }
 
 TEST_P(SmallStackTest, SufficesForAPool) {
-  const SmallStackByDefault small;
   run_on_small_stack([] { play_in_pool(GetParam()); });
 }
 

@@ -205,20 +205,10 @@ TEST(EpisodePlayer, AnEngineThatFailsEndsItsEpisodeAlone) {
     return std::make_unique<Episode>(std::move(robot));
   };
   EpisodePlayer player(walker, {1, 3});
-  PolicyBytes written;
-  written.metadata = {{"format", "walker_sim policy 1"},
-                      {"id", "Fake-v0"},
-                      {"activation", "tanh"},
-                      {"output", "clip"},
-                      {"layers", "1"}};
-  written.tensors = {
-      {"observation.mean", {"F64", {2}, {0, 0}}},
-      {"observation.deviation", {"F64", {2}, {1, 1}}},
-      {"action.low", {"F32", {2}, {-1, -1}}},
-      {"action.high", {"F32", {2}, {1, 1}}},
-      {"layers.0.weight", {"F32", {2, 2}, {0, 0, 0, 0}}},
-      {"layers.0.bias", {"F32", {2}, {0.5, 0.5}}},
-  };
+  PolicyBytes written = small_policy();
+  written.metadata["layers"] = "1";
+  written.tensors["action.low"] = {"F32", {2}, {-1, -1}};
+  written.tensors["action.high"] = {"F32", {2}, {1, 1}};
   const std::string bytes = written.bytes();
   const Policy policy("fake", {bytes.begin(), bytes.end()});
   const Outcomes outcomes = play(player, {&policy}, {}, std::vector<EpisodeJob>(7));

@@ -85,18 +85,6 @@ class ArithmeticTest : public testing::Test {
   std::mt19937 random_{5};
 };
 
-TEST_F(ArithmeticTest, ProductIsAccurate) {
-  for (const auto& [rows, columns] : kSizes) {
-    const Product given = product(rows, columns);
-    Eigen::VectorXf result = given.bias;
-    add(given, result);
-    const Eigen::VectorXd exact =
-        given.bias.cast<double>() + given.weight.cast<double>() * given.input.cast<double>();
-    EXPECT_LT((result.cast<double>() - exact).cwiseAbs().maxCoeff(), 3e-5)
-        << rows << " x " << columns;
-  }
-}
-
 template <int lanes, int batch>
 void expect_same_product(const Product& given) {
   const Eigen::MatrixXf inputs = given.input * Eigen::RowVectorXf::LinSpaced(batch, 1, 2);

@@ -60,4 +60,26 @@ struct PolicyBytes {
   }
 };
 
+/// Policy with two observations, a hidden layer of two and one action.
+inline PolicyBytes small_policy() {
+  PolicyBytes policy;
+  policy.metadata = {{"format", "walker_sim policy 1"},
+                     {"id", "Toy-v0"},
+                     {"activation", "tanh"},
+                     {"output", "clip"},
+                     {"layers", "2"},
+                     {"steps", "12"}};
+  policy.tensors = {
+      {"observation.mean", {"F64", {2}, {1, -1}}},
+      {"observation.deviation", {"F64", {2}, {2, 0.5}}},
+      {"action.low", {"F32", {1}, {-1}}},
+      {"action.high", {"F32", {1}, {1}}},
+      {"layers.0.weight", {"F32", {2, 2}, {1, 2, 3, 4}}},
+      {"layers.0.bias", {"F32", {2}, {0.1, -0.2}}},
+      {"layers.1.weight", {"F32", {1, 2}, {0.5, -0.25}}},
+      {"layers.1.bias", {"F32", {1}, {0.05}}},
+  };
+  return policy;
+}
+
 }  // namespace walker

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+
 #include "error_message.h"
 
 namespace walker::xml_rpc {
@@ -65,23 +68,14 @@ TEST(XmlRpc, ReadsTheMembersOfAStructure) {
 }
 
 TEST(XmlRpc, ThrowsAFault) {
-  const std::string xml =
-      "<methodResponse><fault><value><struct><member><name>faultCode</name><value><int>4</int>"
-      "</value></member><member><name>faultString</name><value><string>Too many</string></value>"
-      "</member></struct></value></fault></methodResponse>";
-  EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), "Too many");
-}
-
-TEST(XmlRpc, ThrowsAFaultWithoutText) {
-  const std::string xml =
-      "<methodResponse><fault><value><struct><member><name>faultString</name><value><string>"
-      "</string></value></member></struct></value></fault></methodResponse>";
-  EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), "a fault without a text");
-}
-
-TEST(XmlRpc, RejectsAZeroByte) {
-  const std::string value = std::string("<value>1") + '\0' + "2</value>";
-  EXPECT_EQ(refusal(answer(value)).rfind("not an XML-RPC answer: a zero byte at byte ", 0), 0U);
+  for (const auto& [text, reason] :
+       {std::pair("Too many", "Too many"), std::pair("", "a fault without a text")}) {
+    const std::string xml =
+        "<methodResponse><fault><value><struct><member><name>faultCode</name><value><int>4</int>"
+        "</value></member><member><name>faultString</name><value><string>" +
+        std::string(text) + "</string></value></member></struct></value></fault></methodResponse>";
+    EXPECT_EQ(message_of<Fault>([&] { parse_answer(xml); }), reason);
+  }
 }
 
 TEST(XmlRpc, RejectsMalformedXml) {
@@ -89,6 +83,8 @@ TEST(XmlRpc, RejectsMalformedXml) {
   EXPECT_EQ(refusal(good), "nothing thrown");
   EXPECT_EQ(refusal(""), "not an XML-RPC answer: no <methodResponse> at byte 0");
   EXPECT_EQ(refusal("<html>404</html>"), "not an XML-RPC answer: no <methodResponse> at byte 0");
+  const std::string zero = answer(std::string("<value>1") + '\0' + "2</value>");
+  EXPECT_EQ(refusal(zero).rfind("not an XML-RPC answer: a zero byte at byte ", 0), 0U);
   EXPECT_EQ(refusal("<?xml version='1.0'"),
             "not an XML-RPC answer: an XML declaration without its end at byte 5");
   for (std::size_t size = 1; size + 1 < good.size(); ++size) {
