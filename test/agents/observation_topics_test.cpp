@@ -137,58 +137,43 @@ TEST_P(ObservationTopics, EqualTheServersOwn) {
 constexpr double kSingle = 1.2e-7;
 constexpr double kDouble = 1e-12;
 
-const WorldValues kNoise{{"joint_position_noise", 0.05},
-                         {"joint_velocity_noise", 0.5},
-                         {"orientation_noise", 0.1},
-                         {"angular_velocity_noise", 0.3},
-                         {"linear_velocity_noise", 0.2}};
+// As in the launch file.
+const World kNoise = as_numbers({{"joint_position_noise", 0.05},
+                                 {"joint_velocity_noise", 0.5},
+                                 {"orientation_noise", 0.1},
+                                 {"angular_velocity_noise", 0.3},
+                                 {"linear_velocity_noise", 0.2}});
+const World kLate = as_numbers({{"observation_delay", 0.1}, {"dropout", 0.3}});
+const World kLateAndNoisy =
+    as_numbers({{"joint_position_noise", 0.05}, {"observation_delay", 0.04}});
+const World kDropping = as_numbers({{"dropout", 0.5}, {"orientation_noise", 0.1}});
 
 /// kNoise, and noisy ranges of a lidar that sees less far.
-WorldValues with_lidar() {
-  WorldValues values = kNoise;
-  values["lidar_range"] = 4;
-  values["range_noise"] = 0.5;
-  return values;
+World with_lidar() {
+  World world = kNoise;
+  world.merge(as_numbers({{"lidar_range", 4}, {"range_noise", 0.5}}));
+  return world;
 }
+
+const Parameters kUnlimited{{"terminate_when_unhealthy", false}};
+const Parameters kLidar{{"include_lidar_in_observation", true}};
 
 INSTANTIATE_TEST_SUITE_P(
     Servers, ObservationTopics,
-    testing::Values(
-        Case{"/plain", "BipedalWalker-v3", {}, 0, kSingle},
-        Case{"/hardcore", "BipedalWalkerHardcore-v3", {}, 0, kSingle},
-        Case{"/v4", "Walker2d-v4", {{"terminate_when_unhealthy", false}}, 0, kDouble},
-        Case{"/v5", "Walker2d-v5", {}, 0, kDouble},
-        // With equal stamps, a tolerance has no effect.
-        Case{"/plain", "BipedalWalker-v3", {}, 0.005, kSingle},
-        Case{"/v5", "Walker2d-v5", {}, 0.003, kDouble},
-        // As in the launch file.
-        Case{"/noisy", "BipedalWalker-v3", {}, 0, kSingle, as_numbers(with_lidar())},
-        Case{"/noisy_v5", "Walker2d-v5", {}, 0, kDouble, as_numbers(kNoise)},
-        Case{"/noisy_hopper",
-             "Hopper-v5",
-             {{"include_lidar_in_observation", true}},
-             0,
-             kSingle,
-             as_numbers(with_lidar())},
-        Case{"/lidar", "Walker2d-v4", {{"include_lidar_in_observation", true}}, 0, kSingle},
-        Case{"/late",
-             "BipedalWalker-v3",
-             {},
-             0,
-             kSingle,
-             as_numbers({{"observation_delay", 0.1}, {"dropout", 0.3}})},
-        Case{"/late_v5",
-             "Walker2d-v5",
-             {{"terminate_when_unhealthy", false}},
-             0,
-             kDouble,
-             as_numbers({{"joint_position_noise", 0.05}, {"observation_delay", 0.04}})},
-        Case{"/dropping",
-             "BipedalWalkerHardcore-v3",
-             {},
-             0,
-             kSingle,
-             as_numbers({{"dropout", 0.5}, {"orientation_noise", 0.1}})}),
+    testing::Values(Case{"/plain", "BipedalWalker-v3", {}, 0, kSingle},
+                    Case{"/hardcore", "BipedalWalkerHardcore-v3", {}, 0, kSingle},
+                    Case{"/v4", "Walker2d-v4", kUnlimited, 0, kDouble},
+                    Case{"/v5", "Walker2d-v5", {}, 0, kDouble},
+                    // With equal stamps, a tolerance has no effect.
+                    Case{"/plain", "BipedalWalker-v3", {}, 0.005, kSingle},
+                    Case{"/v5", "Walker2d-v5", {}, 0.003, kDouble},
+                    Case{"/noisy", "BipedalWalker-v3", {}, 0, kSingle, with_lidar()},
+                    Case{"/noisy_v5", "Walker2d-v5", {}, 0, kDouble, kNoise},
+                    Case{"/noisy_hopper", "Hopper-v5", kLidar, 0, kSingle, with_lidar()},
+                    Case{"/lidar", "Walker2d-v4", kLidar, 0, kSingle},
+                    Case{"/late", "BipedalWalker-v3", {}, 0, kSingle, kLate},
+                    Case{"/late_v5", "Walker2d-v5", kUnlimited, 0, kDouble, kLateAndNoisy},
+                    Case{"/dropping", "BipedalWalkerHardcore-v3", {}, 0, kSingle, kDropping}),
     [](const testing::TestParamInfo<Case>& of) {
       return std::string(of.param.space).substr(1) +
              (of.param.stamp_tolerance == 0 ? "" : "_with_tolerance");

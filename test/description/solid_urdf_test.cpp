@@ -53,26 +53,11 @@ Specification made_up() {
   Link askew = limb;
   askew.name = "askew";
   specification.links = {trunk, limb, askew};
-  specification.joints = {{"free",
-                           "trunk",
-                           "limb",
-                           {0, 0.1, -0.2},
-                           {0, -1, 0},
-                           -kInfinity,
-                           kInfinity,
-                           100,
-                           kInfinity,
-                           {}},
-                          {"bent",
-                           "limb",
-                           "askew",
-                           {0, 0, -0.7},
-                           {0, -1, 0},
-                           -1.0 / 3,
-                           0.5,
-                           40,
-                           3,
-                           {{0.1, 1.0 / 3, -0.25}, {0.5, 0.5, -0.5, 0.5}}}};
+  const Joint free{"free",     "trunk",   "limb", {0, 0.1, -0.2}, {0, -1, 0},
+                   -kInfinity, kInfinity, 100,    kInfinity};
+  Joint bent{"bent", "limb", "askew", {0, 0, -0.7}, {0, -1, 0}, -1.0 / 3, 0.5, 40, 3};
+  bent.child_frame = {{0.1, 1.0 / 3, -0.25}, {0.5, 0.5, -0.5, 0.5}};
+  specification.joints = {free, bent};
   return specification;
 }
 

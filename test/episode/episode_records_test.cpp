@@ -93,13 +93,16 @@ TEST_P(AnyWalker, GoesBackToItsOwnPastAsOftenAsWanted) {
   }
 }
 
-TEST_P(AnyWalker, AnEndedEpisodeIsRestoredAsEnded) {
+TEST_P(AnyWalker, AnEndedEpisodeWithoutChecksumsIsRestoredAsEnded) {
   Restorable original = simulation_of(GetParam(), {{"max_episode_steps", std::int64_t{5}}});
   original.reset(4);
   play(original, 5, 1);
   ASSERT_EQ(original.state().end_reason, "truncated: 5 steps");
   Restorable restarted = simulation_of(GetParam(), {{"max_episode_steps", std::int64_t{5}}});
-  restarted.restore(original.record());
+  EpisodeRecord record = original.record();
+  record.checksums.clear();  // nothing to compare
+  restarted.restore(record);
+  EXPECT_EQ(restarted.record().checksums, original.record().checksums);
   expect_same_future(original, restarted);
   EXPECT_EQ(restarted.state().step, 0U);
 }
@@ -169,17 +172,6 @@ TEST_P(AnyWalker, ChecksumsCoverEveryTransition) {
   EXPECT_EQ(record.checksums.size(), record.num_steps + 1U);
 }
 
-TEST_P(AnyWalker, RecordWithoutChecksumsIsRestoredUncompared) {
-  Restorable original = simulation_of(GetParam());
-  original.reset(4);
-  play(original, 10, 1);
-  EpisodeRecord record = original.record();
-  record.checksums.clear();
-  Restorable restarted = simulation_of(GetParam());
-  restarted.restore(record);
-  EXPECT_EQ(restarted.record().checksums, original.record().checksums);
-}
-
 constexpr std::chrono::steady_clock::time_point kAtOnce{};
 
 TEST_P(AnyWalker, ARestoreInPiecesLeavesThePresentEpisodeAloneAndIsTheSame) {
@@ -239,17 +231,12 @@ INSTANTIATE_TEST_SUITE_P(Ids, AnyWalker,
                                          "Walker2d-v4", "Walker2d-v5"),
                          kNameOfId);
 
-TEST(EpisodeRecords, HasNoRecordBeforeTheFirstReset) {
-  const Restorable simulation = simulation_of("BipedalWalker-v3");
-  EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
-            "there is no episode yet; reset first");
-}
-
-TEST(EpisodeRecords, HasNoRecordWhereEpisodesDependOnEarlierOnes) {
+TEST(EpisodeRecords, HasNoneBeforeTheFirstResetAndWhereEpisodesDependOnEarlierOnes) {
   Restorable simulation = simulation_of("BipedalWalker-v3", {{"reuse_world", true}});
+  const auto refusal = [&] { return message_of<std::exception>([&] { simulation.record(); }); };
+  EXPECT_EQ(refusal(), "there is no episode yet; reset first");
   simulation.reset(1);
-  EXPECT_NE(message_of<std::exception>([&] { simulation.record(); }).find("reuse_world"),
-            std::string::npos);
+  EXPECT_NE(refusal().find("reuse_world"), std::string::npos);
 }
 
 TEST(EpisodeRecords, TheWorldOfARecordIsThatOfItsEpisodeOnly) {

@@ -288,24 +288,18 @@ TEST(Socket, AvoidsClosedStandardDescriptors) {
   EXPECT_EQ(is_taken, (std::array<bool, 3>{}));
 }
 
-TEST(Socket, TimesOutWhileReceiving) {
-  EXPECT_EQ(end_of_use(babble, receive_one, std::chrono::milliseconds(50)), "timed out");
-}
-
-TEST(Socket, TimesOutWhileSending) {
-  EXPECT_EQ(end_of_use(swallow, send_one, std::chrono::milliseconds(50)), "timed out");
+TEST(Socket, TimesOutWhileTransferring) {
+  constexpr std::chrono::milliseconds kTimeout{50};
+  EXPECT_EQ(end_of_use(babble, receive_one, kTimeout), "timed out");
+  EXPECT_EQ(end_of_use(swallow, send_one, kTimeout), "timed out");
 }
 
 /// The signal arrives outside all waits, so it interrupts none.
-TEST(Socket, IsInterruptedWhileTransferring) {
-  const auto always = [] { return true; };
-  EXPECT_THROW(end_of_use(babble, receive_one, 2 * kHang, always), Interrupted);
-  EXPECT_THROW(end_of_use(swallow, send_one, 2 * kHang, always), Interrupted);
-}
-
 TEST(Socket, IsInterruptedByAnEarlierSignal) {
   const auto always = [] { return true; };
   const auto silent = [](Peer& peer) { peer.sees_end(); };
+  EXPECT_THROW(end_of_use(babble, receive_one, 2 * kHang, always), Interrupted);
+  EXPECT_THROW(end_of_use(swallow, send_one, 2 * kHang, always), Interrupted);
   EXPECT_THROW(end_of_use(silent, receive_one, kHang, always), Interrupted);
 }
 
