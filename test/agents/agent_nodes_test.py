@@ -65,38 +65,31 @@ class AgentNodesTest(ServerTest):
         for word in words:
             self.assertIn(word, fatal[0])
 
-    def test_invalid_parameters_are_named(self):
+    def test_invalid_parameters_and_policies_are_named(self):
         self.serve(mode="lockstep")
-        for name, value, words in (
-            ("agent", "runner", ["agent", "runner", "heuristic", "random"]),
-            ("sedes", "1", ["sedes", "seeds"]),
-            ("seeds", "1 -3", ["seeds", "-3"]),
-            ("seeds", [1e300], ["seeds", "1.0e+300", "18446744073709"]),
-            ("episodes", -1, ["episodes", "-1"]),
-            ("episodes", 1e300, ["episodes = 1.0e+300", "[0, 4294967295]"]),
-            ("stamp_tolerance", -0.1, ["stamp_tolerance", "-0.1"]),
-            ("real_time_factor", "1.001e3", ["real_time_factor = 1001.0", "1000.0]"]),
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        broken = os.path.join(folder.name, "broken.safetensors")
+        with open(broken, "wb") as file:
+            file.write(b"no policy")
+        other = included_policy("Walker2d-v5")
+        missing = "missing.safetensors"
+        for parameters, words in (
+            ({"agent": "runner"}, ["agent", "runner", "heuristic", "random"]),
+            ({"sedes": "1"}, ["sedes", "seeds"]),
+            ({"seeds": "1 -3"}, ["seeds", "-3"]),
+            ({"seeds": [1e300]}, ["seeds", "1.0e+300", "18446744073709"]),
+            ({"episodes": -1}, ["episodes", "-1"]),
+            ({"episodes": 1e300}, ["episodes = 1.0e+300", "[0, 4294967295]"]),
+            ({"stamp_tolerance": -0.1}, ["stamp_tolerance", "-0.1"]),
+            ({"real_time_factor": "1.001e3"}, ["real_time_factor = 1001.0", "1000.0]"]),
+            ({"agent": "policy", "policy": missing}, [missing, "cannot be read"]),
+            ({"agent": "policy", "policy": broken}, [broken, "header"]),
+            ({"agent": "policy", "policy": other}, [other, "Walker2d-v5", "17", "24"]),
+            ({"agent": "random", "policy": broken}, [broken, "agent = random"]),
         ):
             for node_type in AGENTS:
-                self.assert_refused(node_type, words, **{name: value})
-
-    def test_an_unsuitable_policy_is_named(self):
-        self.serve(mode="lockstep")
-        with tempfile.TemporaryDirectory() as folder:
-            broken = os.path.join(folder, "broken.safetensors")
-            with open(broken, "wb") as file:
-                file.write(b"no policy")
-            other = included_policy("Walker2d-v5")
-            for node_type in AGENTS:
-                for policy, words in (
-                    ("missing.safetensors", ["missing.safetensors", "cannot be read"]),
-                    (broken, [broken, "header"]),
-                    (other, [other, "Walker2d-v5", "17", "24"]),
-                ):
-                    self.assert_refused(node_type, words, agent="policy", policy=policy)
-                self.assert_refused(
-                    node_type, [broken, "agent = random"], agent="random", policy=broken
-                )
+                self.assert_refused(node_type, words, **parameters)
 
     def test_the_robust_policy_is_found_by_its_name(self):
         self.serve(mode="lockstep", max_episode_steps=5)
@@ -114,10 +107,13 @@ class AgentNodesTest(ServerTest):
         for node_type in AGENTS:
             self.assert_refused(node_type, ["policy = robust", "Hopper-v5"], **robust)
 
-    def test_several_environments_are_refused(self):
+    def test_unsuitable_servers_are_refused(self):
         self.serve(mode="lockstep", num_envs=3)
         for node_type in AGENTS:
             self.assert_refused(node_type, ["num_envs = 3", "drives 1", "~step_batch"])
+        self.server.stop()
+        self.serve()
+        self.assert_refused("service_agent", ["lockstep"])
 
     def test_env_excludes_seeds(self):
         self.assert_refused("topic_agent", ["Walker2d-v6", "Walker2d-v5"], env="Walker2d-v6")
@@ -262,9 +258,3 @@ class AgentNodesTest(ServerTest):
                 transitions.wait(lambda m: any(m.action), "steps of the agent")
                 self.assertEqual(acting.stop(end, PROMPT), 0, acting.output())
                 self.server.stop()
-
-    def test_the_service_agent_refuses_a_free_running_server(self):
-        self.serve()
-        agent = self.start_agent("service_agent")
-        self.assertEqual(agent.wait(), 1)
-        self.assertIn("lockstep", agent.output())

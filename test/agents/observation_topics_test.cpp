@@ -146,7 +146,6 @@ const World kNoise = as_numbers({{"joint_position_noise", 0.05},
 const World kLate = as_numbers({{"observation_delay", 0.1}, {"dropout", 0.3}});
 const World kLateAndNoisy =
     as_numbers({{"joint_position_noise", 0.05}, {"observation_delay", 0.04}});
-const World kDropping = as_numbers({{"dropout", 0.5}, {"orientation_noise", 0.1}});
 
 /// kNoise, and noisy ranges of a lidar that sees less far.
 World with_lidar() {
@@ -172,8 +171,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"/noisy_hopper", "Hopper-v5", kLidar, 0, kSingle, with_lidar()},
                     Case{"/lidar", "Walker2d-v4", kLidar, 0, kSingle},
                     Case{"/late", "BipedalWalker-v3", {}, 0, kSingle, kLate},
-                    Case{"/late_v5", "Walker2d-v5", kUnlimited, 0, kDouble, kLateAndNoisy},
-                    Case{"/dropping", "BipedalWalkerHardcore-v3", {}, 0, kSingle, kDropping}),
+                    Case{"/late_v5", "Walker2d-v5", kUnlimited, 0, kDouble, kLateAndNoisy}),
     [](const testing::TestParamInfo<Case>& of) {
       return std::string(of.param.space).substr(1) +
              (of.param.stamp_tolerance == 0 ? "" : "_with_tolerance");

@@ -86,7 +86,11 @@ class Robot {
     to_message(body_.sense(), frames, stamp_, messages.odometry);
     to_message(specification(), body_.sense(), frames, stamp_, messages.contacts);
     if (has_scan()) to_message(specification(), body_.sense(), frames, stamp_, messages.scan);
-    take_all();
+    take(messages.joints, specification(), measurements_);
+    take(messages.imu, specification(), measurements_);
+    take(messages.odometry, specification(), measurements_);
+    take(messages.contacts, specification(), measurements_);
+    if (has_scan()) take(messages.scan, specification(), measurements_);
     shuffle(messages.joints.name, messages.joints.position, messages.joints.velocity,
             messages.joints.effort);
     shuffle(messages.contacts.links, messages.contacts.in_contact);
@@ -155,14 +159,6 @@ class Robot {
   Messages messages;
 
  private:
-  void take_all() {
-    take(messages.joints, specification(), measurements_);
-    take(messages.imu, specification(), measurements_);
-    take(messages.odometry, specification(), measurements_);
-    take(messages.contacts, specification(), measurements_);
-    if (has_scan()) take(messages.scan, specification(), measurements_);
-  }
-
   bool has_scan() { return specification().range_finder.is_observed; }
 
   bool is_heard() {

@@ -21,13 +21,8 @@ namespace {
 class RobotTest : public testing::Test {
  protected:
   void SetUp() override {
-    robot_.tell(++episode(), 0, "");
+    robot_.tell(++episode_, 0, "");
     ros::WallDuration(0.1).sleep();  // the announcement and the sensors use different connections
-  }
-
-  static std::uint32_t& episode() {
-    static std::uint32_t count = 0;
-    return count;
   }
 
   /// Publishes until the agent logs a warning that contains `words`, and for `more` longer.
@@ -54,6 +49,7 @@ class RobotTest : public testing::Test {
     return count();
   }
 
+  static inline std::uint32_t episode_ = 0;  // of all tests
   Robot robot_{"/exact", "BipedalWalker-v3", "legs_controller/command"};
 };
 
@@ -93,7 +89,7 @@ TEST_F(RobotTest, ALateEpisodeMessageResetsTheAgent) {
   robot_.publish();
   const std::vector<double> continued = robot_.think();
   ASSERT_TRUE(robot_.is_answered());
-  robot_.tell(++episode(), 0, "");
+  robot_.tell(++episode_, 0, "");
   robot_.begin_anew();
   EXPECT_NE(robot_.think(), continued) << "else it could not be seen";
   EXPECT_TRUE(robot_.is_answered());
@@ -103,7 +99,7 @@ TEST_F(RobotTest, ALateEpisodeMessageResetsTheAgent) {
 TEST_F(RobotTest, ARestoredEpisodeResetsTheAgent) {
   robot_.play(30);
   robot_.move();
-  robot_.tell(++episode(), 17, "");
+  robot_.tell(++episode_, 17, "");
   ros::WallDuration(0.1).sleep();
   robot_.publish();
   const std::vector<double> continued = robot_.think();
@@ -115,12 +111,12 @@ TEST_F(RobotTest, ARestoredEpisodeResetsTheAgent) {
 
 TEST_F(RobotTest, NoCommandBetweenEpisodes) {
   robot_.play(10);
-  robot_.tell(episode(), 10, "terminated: hull touched the ground");
+  robot_.tell(episode_, 10, "terminated: hull touched the ground");
   ros::WallDuration(0.1).sleep();
   robot_.move();
   robot_.publish();
   EXPECT_TRUE(robot_.is_left_unanswered());
-  robot_.tell(++episode(), 0, "");
+  robot_.tell(++episode_, 0, "");
   robot_.begin_anew();
   robot_.think();
   EXPECT_TRUE(robot_.is_answered()) << "what came before the word that the episode begins";
@@ -133,7 +129,7 @@ TEST_F(RobotTest, NoCommandForOlderMeasurements) {
   const Messages old = robot_.messages;
   robot_.move();
   const Messages first = robot_.messages;
-  robot_.tell(++episode(), 0, "");
+  robot_.tell(++episode_, 0, "");
   ros::WallDuration(0.1).sleep();
   robot_.messages = old;
   robot_.publish();

@@ -72,6 +72,7 @@ TEST(ShortestText, ReadsBackAsTheSameNumber) {
   for (int i = 0; i < 1000; ++i) {
     const double value = i % 2 == 0 ? sizes(draws) : -sizes(draws);
     EXPECT_EQ(std::strtod(shortest_text(value).c_str(), nullptr), value);
+    EXPECT_EQ(std::strtod(to_string(value).c_str(), nullptr), value);
     const auto single = static_cast<float>(value);
     EXPECT_EQ(std::strtof(shortest_text(single).c_str(), nullptr), single);
   }

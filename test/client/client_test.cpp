@@ -142,39 +142,27 @@ TEST(Client, ThrowsTheReasonOfARefusedWorld) {
   EXPECT_EQ(message_of<RequestRefused>([&] { request_of(kSetWorld, refusal, set_world); }), "no");
 }
 
-TEST(Client, RendersAPicture) {
+TEST(Client, RendersColorsAndDepths) {
   Image image;
   image.depth = {1};
-  EXPECT_EQ(request_of(kRender, Picture().bytes(),
-                       [&](Client& client) {
-                         client.render(
-                             7, "rgb8",
-                             {{"width", std::int64_t{2}}, {"camera_name", std::string("track")}},
-                             image);
-                       }),
-            Message()
-                .number(std::uint32_t{7})
-                .text("rgb8")
-                .texts({"camera_name", "width"})
-                .texts({"track", "2"})
-                .bytes());
+  const auto render = [&](const Picture& picture, std::uint32_t environment,
+                          const std::string& encoding, const Parameters& camera) {
+    return request_of(kRender, picture.bytes(),
+                      [&](Client& client) { client.render(environment, encoding, camera, image); });
+  };
+  const Parameters camera{{"width", std::int64_t{2}}, {"camera_name", std::string("track")}};
+  Message request;
+  request.number(std::uint32_t{7})
+      .text("rgb8")
+      .texts({"camera_name", "width"})
+      .texts({"track", "2"});
+  EXPECT_EQ(render({}, 7, "rgb8", camera), request.bytes());
   EXPECT_EQ(image.width, 2U);
   EXPECT_EQ(image.height, 1U);
   EXPECT_EQ(image.rgb, (std::vector<std::uint8_t>{1, 2, 3, 4, 5, 255}));
   EXPECT_TRUE(image.depth.empty());
-}
-
-TEST(Client, RendersDepth) {
-  Picture picture;
-  picture.encoding = "32FC1";
-  picture.height = 2;
-  picture.width = 1;
-  picture.row_bytes = 4;
-  picture.data = Message().number(0.5F).number(-3.0F).bytes();
-  Image image;
-  image.rgb = {1};
-  EXPECT_EQ(request_of(kRender, picture.bytes(),
-                       [&](Client& client) { client.render(0, "32FC1", {}, image); }),
+  const std::string depths = Message().number(0.5F).number(-3.0F).bytes();
+  EXPECT_EQ(render({"32FC1", 1, 2, 4, depths}, 0, "32FC1", {}),
             Message().number(std::uint32_t{0}).text("32FC1").texts({}).texts({}).bytes());
   EXPECT_EQ(image.width, 1U);
   EXPECT_EQ(image.height, 2U);

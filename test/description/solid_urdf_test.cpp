@@ -19,18 +19,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTolerance = 1e-14;  // [rad, m], after conversion through roll, pitch and yaw
 
-/// Expects the joints, and the child's frame at several angles.
-void expect_moving_joints(const Specification& specification, const urdf::Model& model) {
-  expect_joints(specification, model, 0);
-  for (const Joint& joint : specification.joints) {
-    for (const double angle : {0.0, 0.7, -2.5}) {
-      const Pose hinge{joint.origin, rotation(joint.axis, angle)};
-      expect_same_pose(composed(hinge, joint.child_frame), pose_of_child(model, joint, angle),
-                       kTolerance, joint.name);
-    }
-  }
-}
-
 /// A trunk with every kind of solid and two limbs: one attached at its origin, one rotated.
 Specification made_up() {
   Specification specification;
@@ -72,7 +60,14 @@ class MadeUpUrdf : public testing::Test {
 TEST_F(MadeUpUrdf, HasExactMasses) { expect_masses(specification_, model_, 0); }
 
 TEST_F(MadeUpUrdf, HasTheJointsAndLinkFrames) {
-  expect_moving_joints(specification_, model_);
+  expect_joints(specification_, model_, 0);
+  for (const Joint& joint : specification_.joints) {
+    for (const double angle : {0.0, 0.7, -2.5}) {
+      const Pose hinge{joint.origin, rotation(joint.axis, angle)};
+      expect_same_pose(composed(hinge, joint.child_frame), pose_of_child(model_, joint, angle),
+                       kTolerance, joint.name);
+    }
+  }
   EXPECT_EQ(model_.getJoint("free")->child_link_name, "limb");
   EXPECT_EQ(model_.getJoint("free")->limits->velocity, 10000) << "stands for none";
   EXPECT_EQ(model_.getJoint("bent")->limits->velocity, 3);

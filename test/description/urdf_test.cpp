@@ -54,9 +54,8 @@ Corners corners_of(const urdf::Box& box, const urdf::Pose& pose) {
   return corners;
 }
 
-struct Mesh {
-  std::vector<std::array<Vector3, 3>> triangles;
-};
+/// Triangles.
+using Mesh = std::vector<std::array<Vector3, 3>>;
 
 Mesh read_stl(const std::string& path) {
   constexpr std::size_t kHeader = 80;
@@ -74,7 +73,7 @@ Mesh read_stl(const std::string& path) {
                 sizeof(values));
     std::array<Vector3, 3> triangle{};
     for (std::size_t k = 0; k < values.size(); ++k) triangle[k / 3][k % 3] = double{values[k]};
-    mesh.triangles.push_back(triangle);
+    mesh.push_back(triangle);
   }
   return mesh;
 }
@@ -106,7 +105,7 @@ Mesh read_collada(const std::string& path) {
       }
       EXPECT_NEAR(along, 0, kShapeTolerance) << "a normal that stands askew";
     }
-    mesh.triangles.push_back(triangle);
+    mesh.push_back(triangle);
   }
   return mesh;
 }
@@ -117,7 +116,7 @@ Mesh read_mesh(const std::string& path) {
 
 Corners corners_of(const Mesh& mesh) {
   Corners corners;
-  for (const auto& triangle : mesh.triangles) {
+  for (const auto& triangle : mesh) {
     for (const Vector3& point : triangle) {
       const std::array<double, 2> corner{point[0], point[2]};
       if (std::find(corners.begin(), corners.end(), corner) == corners.end()) {
@@ -130,7 +129,7 @@ Corners corners_of(const Mesh& mesh) {
 
 double volume_of(const Mesh& mesh) {
   double volume = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
+  for (const auto& [a, b, c] : mesh) {
     volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
                a[2] * (b[0] * c[1] - b[1] * c[0])) /
               6;

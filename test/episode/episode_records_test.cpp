@@ -12,6 +12,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
@@ -299,26 +300,18 @@ TEST(EpisodeRecords, ARecordWhoseResetFailsChangesNothing) {
   simulation.step(std::vector<double>(6));
 }
 
-class Endless : public BareRobot {
- public:
-  Endless() {
-    specification_.id = "Endless";
-    specification_.joints.resize(1);
-    specification_.action_low = {-1};
-    specification_.action_high = {1};
-  }
-
-  void reset(Generator& /*generator*/, double* /*info*/) override {}
-  void step(RobotStep& /*step*/) override {}
-};
-
 TEST(EpisodeRecords, HasNoRecordOfAnEndlessEpisodeAndRefusesOne) {
-  Restorable simulation([] { return std::make_unique<Episode>(std::make_unique<Endless>()); }, 1);
+  const auto endless = [] {
+    auto walker = std::make_unique<FakeWalker>();
+    walker->length = 0;
+    return std::make_unique<Episode>(std::move(walker));
+  };
+  Restorable simulation(endless, 1);
   simulation.reset(1);
-  const std::vector<double> action{0.5};
+  const std::vector<double> action{0.5, 0.5};
   for (std::uint32_t i = 0; i < kMaxRecordedSteps; ++i) simulation.step(action);
   const EpisodeRecord longest = simulation.record();
-  EXPECT_EQ(longest.actions.size(), kMaxRecordedSteps);
+  EXPECT_EQ(longest.actions.size(), 2 * kMaxRecordedSteps);
   simulation.step(action);
   EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
             "the episode has 1000001 steps; the record was given up after 1000000");
@@ -326,7 +319,7 @@ TEST(EpisodeRecords, HasNoRecordOfAnEndlessEpisodeAndRefusesOne) {
   EXPECT_TRUE(simulation.record().actions.empty()) << "the next one has a record again";
   EpisodeRecord longer = longest;
   ++longer.num_steps;
-  longer.actions.push_back(0.5);
+  longer.actions.insert(longer.actions.end(), action.begin(), action.end());
   longer.checksums.clear();
   EXPECT_EQ(message_of<std::invalid_argument>([&] { simulation.restore(longer); }),
             "the record has 1000001 steps; must have at most 1000000");

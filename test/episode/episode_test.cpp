@@ -41,6 +41,18 @@ class EpisodeTest : public testing::Test {
   std::string refused_action(const std::vector<double>& action) {
     return message_of<InvalidAction>([&] { step(action); });
   }
+  void expect_refusals(const std::string& reason) {
+    const int steps = fake_->all_steps;
+    Sensors sensors;
+    Scene scene;
+    EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: " + reason + "; reset first");
+    EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->sense(sensors); }),
+              "sense: " + reason + "; reset first");
+    EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->scene(scene); }),
+              "scene: " + reason + "; reset first");
+    EXPECT_EQ(fake_->all_steps, steps);
+    EXPECT_EQ(fake_->num_senses, 0);
+  }
 
   FakeWalker* fake_ = nullptr;
   std::unique_ptr<Episode> episode_;
@@ -49,15 +61,12 @@ class EpisodeTest : public testing::Test {
   Result result_;
 };
 
-TEST_F(EpisodeTest, RefusesAllCallsBeforeTheFirstReset) {
-  Sensors sensors;
-  Scene scene;
-  EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: there is no episode yet; reset first");
-  EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->sense(sensors); }),
-            "sense: there is no episode yet; reset first");
-  EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->scene(scene); }),
-            "scene: there is no episode yet; reset first");
-  EXPECT_EQ(fake_->all_steps + fake_->num_senses, 0);
+TEST_F(EpisodeTest, RefusesAllCallsBeforeAResetThatSucceeds) {
+  expect_refusals("there is no episode yet");
+  reset();
+  fake_->reset_fails = true;
+  EXPECT_THROW(reset(), std::runtime_error);
+  expect_refusals("the simulation failed");
 }
 
 TEST_F(EpisodeTest, LimitTruncatesOnItsStep) {
@@ -107,17 +116,6 @@ TEST_F(EpisodeTest, RefusesStepsAfterTheEnd) {
   EXPECT_NO_THROW(step());
 }
 
-TEST_F(EpisodeTest, RefusesStepsAfterAFailedReset) {
-  reset();
-  fake_->reset_fails = true;
-  EXPECT_THROW(reset(), std::runtime_error);
-  Sensors sensors;
-  EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: the simulation failed; reset first");
-  EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->sense(sensors); }),
-            "sense: the simulation failed; reset first");
-  EXPECT_EQ(fake_->all_steps, 0);
-}
-
 TEST_F(EpisodeTest, AFailedStepEndsTheEpisode) {
   reset();
   fake_->step_fails = true;
@@ -130,11 +128,7 @@ TEST_F(EpisodeTest, AFailedStepEndsTheEpisode) {
   EXPECT_EQ(observation_, (std::array<double, 2>{1, 0})) << "unchanged";
   EXPECT_TRUE(std::isnan(info_[0]));
   fake_->step_fails = false;
-  Sensors sensors;
-  EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: the simulation failed; reset first");
-  EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->sense(sensors); }),
-            "sense: the simulation failed; reset first");
-  EXPECT_EQ(fake_->all_steps, 0);
+  expect_refusals("the simulation failed");
   reset();
   step();
   EXPECT_FALSE(result_.terminated);

@@ -105,10 +105,9 @@ TEST(World, HasPresetsThatSomeEnvironmentApplies) {
     const World world = load_world(preset);
     EXPECT_EQ(world.empty(), preset == "gymnasium") << preset;
     const bool is_of_walker2d = preset.find("walker2d") == 0;
-    const std::string id = is_of_walker2d ? "Walker2d-v5" : kId;
-    EXPECT_EQ(refusal(id, world), "nothing thrown") << preset;
-    if (is_of_walker2d) {
-      EXPECT_EQ(refusal("Hopper-v4", world), "nothing thrown") << preset;
+    for (const char* id : {is_of_walker2d ? "Walker2d-v5" : "BipedalWalker-v3",
+                           is_of_walker2d ? "Hopper-v4" : "BipedalWalkerHardcore-v3"}) {
+      EXPECT_EQ(refusal(id, world), "nothing thrown") << preset << " in " << id;
     }
   }
   for (const std::string preset : {"slippery", "moon", "pushed", "laggy", "noisy"}) {

@@ -93,37 +93,19 @@ def specification(environment_id="Toy-v0", observations=4, actions=2, num_envs=3
     )
 
 
-def transition(step=1, episode=1, stamp=20, observations=4, actions=2):
+def transition(step=1, actions=2):
     message = messages.Transition(
         environment=0,
-        episode=episode,
+        episode=1,
         step=step,
         action=[0.5] * actions if step else [],
-        observation=[0.25] * observations,
+        observation=[0.25] * 4,
         reward=1.0,
         episode_return=float(step),
         info=[0.125],
     )
-    message.header.stamp = genpy.Time(0, stamp)
+    message.header.stamp = genpy.Time(0, 20)
     message.header.frame_id = "odom"
-    return message
-
-
-def episode(number=1, length=0, stamp=0, end_reason=""):
-    message = messages.Episode(
-        episode=number, has_seed=True, seed=7, length=length, end_reason=end_reason
-    )
-    state = np.random.PCG64(7).state["state"]
-    mask = (1 << 64) - 1
-    message.generator_state = [
-        state["state"] >> 64,
-        state["state"] & mask,
-        state["inc"] >> 64,
-        state["inc"] & mask,
-        0,
-        0,
-    ]
-    message.header.stamp = genpy.Time(0, stamp)
     return message
 
 
@@ -176,7 +158,10 @@ def record():
     message.spec.engine, message.spec.engine_version = "Box2D", "2.3.0"
     message.spec.parameter_names = ["reuse_world", "max_episode_steps"]
     message.spec.parameter_values = ["false", "1600"]
-    message.episode = episode(length=2)
+    message.episode = messages.Episode(episode=1, has_seed=True, seed=7, length=2)
+    state = np.random.PCG64(7).state["state"]
+    words = [*divmod(state["state"], 1 << 64), *divmod(state["inc"], 1 << 64)]
+    message.episode.generator_state = [*words, 0, 0]
     message.episode.world = drawn(0).parameters
     message.actions = [0.5] * 8
     message.pushes = [messages.Push(step=1, link=2, force_x=10.0, torque_y=-1.0)]

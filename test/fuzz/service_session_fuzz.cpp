@@ -39,14 +39,10 @@ std::shared_ptr<PendingAnswer> render(const std::uint8_t* /*request*/, std::size
   return pending;
 }
 
-void silence() {
-  ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
-  ros::console::notifyLoggerLevelsChanged();
-}
-
 SharedBySessions& shared() {
   static SharedBySessions made_once = [] {
-    silence();
+    ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Fatal);
+    ros::console::notifyLoggerLevelsChanged();
     constexpr std::size_t kMaxRequestBytes = 4096;
     const OfferedService service{"walker_sim/Step", "0123", kMaxRequestBytes, step};
     OfferedService slow = service;
