@@ -167,14 +167,11 @@ TEST_F(CommittedUrdf, FitsTheHardcoreVariantToo) {
             without_comment(make_urdf(specification(), "bipedal_walker").urdf));
 }
 
-TEST_F(CommittedUrdf, HasExactlyTheSpecifiedLinksAndJoints) {
+TEST_F(CommittedUrdf, HasExactlyTheSpecifiedLinksMassesAndJoints) {
   EXPECT_EQ(model_.getName(), "bipedal_walker");
   EXPECT_EQ(model_.getRoot()->name, specification().links.front().name);
   EXPECT_EQ(model_.links_.size(), specification().links.size());
   EXPECT_EQ(model_.joints_.size(), specification().joints.size());
-}
-
-TEST_F(CommittedUrdf, HasTheMassesOfTheWorld) {
   expect_masses(specification(), model_, kTolerance);
 }
 

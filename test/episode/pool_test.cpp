@@ -306,7 +306,11 @@ TEST_F(PoolTest, AFailedResetIsAnEndedEpisodeAndRepeatedByTheNextStep) {
     fakes_[1].reset_fails = false;
     arrays_->forget_final(1);
     reset({1}, {8});
-    EXPECT_EQ(arrays_->info[1], 8);
+    if (mode == AutoresetMode::disabled) {
+      expect_row(1, {0, 0, 0, 2, 0, /**/ 1, 0, 8});
+    } else {
+      expect_row(1, {0, 0, 0, 4, 0, /**/ 2, 0, 8});
+    }
     EXPECT_STREQ(pool_->reset_error(1), "");
     EXPECT_STREQ(pool_->end_reason(1), "");
     step();
