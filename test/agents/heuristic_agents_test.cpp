@@ -23,15 +23,6 @@ namespace {
 
 const std::vector<std::uint64_t> kSeeds{0, 3, 6};  // as in heuristic_agents_test.test
 
-Twin play(const std::string& id, const std::string& name, std::uint64_t seed,
-          std::uint32_t& length) {
-  Twin twin(id);
-  const auto agent = make_node_agent(name, twin.environment().specification());
-  twin.reset(seed);
-  for (length = 0; !twin.has_ended(); ++length) twin.step(agent->act(twin.observation()));
-  return twin;
-}
-
 void expect_equal_episodes(const std::string& name_space, const std::string& id,
                            const std::string& agent) {
   ros::NodeHandle node;
@@ -47,8 +38,11 @@ void expect_equal_episodes(const std::string& name_space, const std::string& id,
     EXPECT_EQ(told.seed, kSeeds[(told.episode - 1) % kSeeds.size()]) << "not the next in turn";
     if (told.length == 0) continue;
     ++ends[told.seed];
+    Twin twin(id);
+    const auto mind = make_node_agent(agent, twin.environment().specification());
+    twin.reset(told.seed);
     std::uint32_t length = 0;
-    const Twin twin = play(id, agent, told.seed, length);
+    for (; !twin.has_ended(); ++length) twin.step(mind->act(twin.observation()));
     EXPECT_EQ(told.length, length) << "seed " << told.seed;
     EXPECT_EQ(bits({told.episode_return}), bits({twin.episode_return()})) << "seed " << told.seed;
     EXPECT_NE(told.end_reason.find(twin.end_reason()), std::string::npos) << told.end_reason;

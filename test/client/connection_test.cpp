@@ -290,21 +290,21 @@ TEST(Connection, IsInterruptedBySignals) {
 
 TEST(Connection, IsInterruptedWhileConnecting) {
   const Signals signals;
-  ClientOptions options;
-  options.is_interrupted = [] { return true; };
-  ScriptedServer master({[&](Peer& peer) {
+  const auto expect_interruption = [](const ScriptedServer::Script& master_script) {
+    const ScriptedServer master({master_script});
+    ClientOptions options = options_for(master);
+    options.is_interrupted = [] { return true; };
+    EXPECT_THROW(Client{options}, Interrupted);
+  };
+  expect_interruption([&](Peer& peer) {
     peer.take_post();
     signals.raise_until_end(peer);
-  }});
-  options.master_uri = "http://" + master.address();
-  EXPECT_THROW(Client{options}, Interrupted);
-  ScriptedServer server({[&](Peer& peer) {
+  });
+  const ScriptedServer server({[&](Peer& peer) {
     peer.take_frame();
     signals.raise_until_end(peer);
   }});
-  ScriptedServer other_master({master_of(server.address())});
-  options.master_uri = "http://" + other_master.address();
-  EXPECT_THROW(Client{options}, Interrupted);
+  expect_interruption(master_of(server.address()));
 }
 
 std::string option_error(const ClientOptions& options) {

@@ -4,14 +4,13 @@
 #include <sys/stat.h>
 
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "base/random.h"
 #include "error_message.h"
+#include "temporary_folder.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -78,24 +77,23 @@ TEST(World, NamesWhatItCannotParse) {
 }
 
 TEST(World, ReadsWholeFiles) {
-  const std::string path = testing::TempDir() + "world.yaml";
-  std::ofstream(path).close();
-  EXPECT_EQ(load_world(path), World{});
-  std::ofstream(path) << std::string(65530, '#') << "\ngravity: -5.25\n";
+  const Folder folder;
+  EXPECT_EQ(load_world(folder.write("empty.yaml", "")), World{});
+  const std::string path =
+      folder.write("long.yaml", std::string(65530, '#') + "\ngravity: -5.25\n");
   EXPECT_EQ(message_of<std::invalid_argument>([&] { load_world(path); }),
             "world " + path + ": has more than 65536 bytes");
-  std::remove(path.c_str());
 }
 
 /// Opening a FIFO would block until it has a writer.
 TEST(World, ReadsRegularFilesOnly) {
-  const std::string pipe = testing::TempDir() + "world.pipe";
+  const Folder folder;
+  const std::string pipe = folder.path("world.pipe");
   ASSERT_EQ(mkfifo(pipe.c_str(), S_IRUSR | S_IWUSR), 0);
-  for (const std::string& path : {pipe, testing::TempDir(), std::string("/dev/zero")}) {
+  for (const std::string& path : {pipe, folder.path(), std::string("/dev/zero")}) {
     EXPECT_EQ(message_of<std::invalid_argument>([&] { load_world(path); }),
               "world " + path + ": must be a preset or a regular YAML file");
   }
-  std::remove(pipe.c_str());
 }
 
 TEST(World, HasPresetsThatSomeEnvironmentApplies) {
