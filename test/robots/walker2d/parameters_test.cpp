@@ -1,4 +1,5 @@
-// Each parameter of the environments: accepted values, error messages, effects.
+// Each parameter of the environments: accepted values and error messages. recordings_test.cpp has
+// their effects.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +13,6 @@ namespace walker::walker2d {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kX = 0;  // index in observations with positions
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 const char* const kIds[] = {"Walker2d-v4", "Walker2d-v5"};
 
@@ -20,20 +20,6 @@ using List = std::vector<double>;
 
 std::string refusal(const std::string& id, const std::string& name, const ParameterValue& value) {
   return message_of<std::invalid_argument>([&] { make(id, {{name, value}}); });
-}
-
-Stepper fallen(const std::string& id, const Parameters& parameters) {
-  Stepper walker(id, parameters);
-  walker.reset(0);
-  while (!walker.has_ended()) walker.step({0.5, 0.5, 0.5, 0, 0, 0});
-  return walker;
-}
-
-Stepper stepped(const std::string& id, const Parameters& parameters) {
-  Stepper walker(id, parameters);
-  walker.reset(0);
-  walker.step({0.5, 0.5, 0.5, 0, 0, 0});
-  return walker;
 }
 
 TEST(Walker2dParameters, AreInTheSpecification) {
@@ -50,8 +36,9 @@ TEST(Walker2dParameters, AreInTheSpecification) {
       {"exclude_current_positions_from_observation", false},
       {"include_lidar_in_observation", true},
       {"max_episode_steps", std::int64_t{7}}};
-  EXPECT_EQ(make("Walker2d-v5", Parameters(given.begin(), given.end()))->specification().parameters,
-            given);
+  const auto walker = make("Walker2d-v5", Parameters(given.begin(), given.end()));
+  EXPECT_EQ(walker->specification().parameters, given);
+  EXPECT_EQ(walker->specification().dt, 0.002 * 3);
 }
 
 TEST(Walker2dParameters, RejectsValuesOutOfRange) {
@@ -92,81 +79,16 @@ TEST(Walker2dParameters, RejectsValuesOutOfRange) {
   }
 }
 
-// ---------------------------------------------------------------- effects
-
-TEST(Walker2dParameters, WeightsScaleTheReward) {
-  const Stepper plain = stepped("Walker2d-v5", {});
-  const double forward = plain.info[3];
-  ASSERT_NE(forward, 0);
-  EXPECT_EQ(stepped("Walker2d-v5", {{"forward_reward_weight", 4.0}}).info[3], 4 * forward);
-  EXPECT_EQ(stepped("Walker2d-v5", {{"ctrl_cost_weight", 0.5}}).info[4], -0.375);
-  EXPECT_EQ(stepped("Walker2d-v5", {{"healthy_reward", 3.0}}).info[5], 3);
-  EXPECT_EQ(
-      stepped("Walker2d-v4",
-              {{"forward_reward_weight", 0.0}, {"ctrl_cost_weight", 0.5}, {"healthy_reward", 3.0}})
-          .result.reward,
-      3 - 0.375);
-}
-
-TEST(Walker2dParameters, HealthDecidesTermination) {
-  for (const char* id : kIds) {
-    EXPECT_FALSE(stepped(id, {}).result.terminated);
-    EXPECT_TRUE(stepped(id, {{"healthy_z_range", List{1.4, 2}}}).result.terminated);
-    EXPECT_TRUE(stepped(id, {{"healthy_z_range", List{0, 1.2}}}).result.terminated);
-    EXPECT_TRUE(stepped(id, {{"healthy_angle_range", List{0.5, 1}}}).result.terminated);
-    EXPECT_TRUE(stepped(id, {{"healthy_angle_range", List{-1, -0.5}}}).result.terminated);
-    EXPECT_FALSE(
-        stepped(id, {{"healthy_z_range", List{1.4, 2}}, {"terminate_when_unhealthy", false}})
-            .result.terminated);
-    const Stepper endless = fallen(id, {{"terminate_when_unhealthy", false}});
-    EXPECT_TRUE(endless.result.truncated);
-    EXPECT_TRUE(fallen(id, {}).result.terminated);
-  }
-  const Stepper unhealthy = stepped(
-      "Walker2d-v5", {{"healthy_z_range", List{1.4, 2}}, {"terminate_when_unhealthy", false}});
-  EXPECT_EQ(unhealthy.info[5], 0);
-}
-
-TEST(Walker2dParameters, TheTrunksXCanBeObserved) {
-  for (const char* id : kIds) {
-    const Stepper without_x = stepped(id, {});
-    const Stepper with_x = stepped(id, {{"exclude_current_positions_from_observation", false}});
-    EXPECT_EQ(without_x.observation.size(), 17U);
-    ASSERT_EQ(with_x.observation.size(), 18U);
-    EXPECT_EQ(with_x.observation[0], with_x.info[0]);
-    EXPECT_EQ(List(with_x.observation.begin() + 1, with_x.observation.end()),
-              without_x.observation);
-  }
-}
-
-/// Two steps of two engine steps equal one of four; the velocity is the mean over the whole step.
-TEST(Walker2dParameters, FrameSkipScalesTheStep) {
-  Parameters parameters{{"exclude_current_positions_from_observation", false}};
-  Stepper four("Walker2d-v5", parameters);
-  parameters["frame_skip"] = std::int64_t{2};
-  Stepper two("Walker2d-v5", parameters);
-  EXPECT_EQ(four.environment->specification().dt, 0.008);
-  EXPECT_EQ(two.environment->specification().dt, 0.004);
-  four.reset(1);
-  two.reset(1);
-  const List action{1, -1, 0.5, 0, -0.5, 1};
-  for (int i = 0; i < 5; ++i) {
-    const double start = four.observation[kX];
-    four.step(action);
-    two.step(action);
-    EXPECT_EQ(two.info[2], (two.observation[kX] - start) / 0.004);
-    two.step(action);
-    EXPECT_EQ(four.observation, two.observation);
-    EXPECT_EQ(four.info[2], (four.observation[kX] - start) / 0.008);
-  }
-}
-
 TEST(Walker2dParameters, TheModelIsTheNamedOne) {
-  const Stepper v4 = fallen("Walker2d-v4", {});
-  const Stepper v5 = fallen("Walker2d-v5", {});
-  const Stepper v5_on_v4 = fallen("Walker2d-v5", {{"xml_file", std::string("walker2d_v4.xml")}});
-  EXPECT_EQ(v5_on_v4.observation, v4.observation);
-  EXPECT_NE(v5.observation, v4.observation) << "the right foot grips";
+  const auto fallen = [](const std::string& id, const Parameters& parameters = {}) {
+    Stepper walker(id, parameters);
+    walker.reset(0);
+    while (!walker.has_ended()) walker.step({0.5, 0.5, 0.5, 0, 0, 0});
+    return walker.observation;
+  };
+  const List v4 = fallen("Walker2d-v4");
+  EXPECT_EQ(fallen("Walker2d-v5", {{"xml_file", std::string("walker2d_v4.xml")}}), v4);
+  EXPECT_NE(fallen("Walker2d-v5"), v4) << "the right foot grips";
 }
 
 }  // namespace
