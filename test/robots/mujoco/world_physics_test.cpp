@@ -172,27 +172,37 @@ TEST(WorldPhysicsTest, EachParameterChangesItsFields) {
 /// which the compiler's numbers are exact multiples.
 TEST(WorldPhysicsTest, HasTheCompilersNumbers) {
   const Folder folder;
-  const std::string text = builtin_text("walker2d_v5.xml");
+  constexpr const char* kWalker = "walker2d_v5.xml";
+  constexpr const char* kHopper = "hopper_v5.xml";
+  const std::string walker = builtin_text(kWalker);
+  const std::string hopper = builtin_text(kHopper);
   const struct {
+    const char* model;
     WorldValues world;
     std::string text;
   } cases[] = {
-      {{{"gravity", -3.7}}, replaced(text, "timestep=", "gravity=\"0 0 -3.7\" timestep=")},
-      {{{"joint_damping", 0.75}}, replaced(text, "damping=\"0.1\"", "damping=\"0.75\"")},
-      {{{"motor_strength", 1.5}}, replaced(text, "gear=\"100\"", "gear=\"150\"")},
-      {{{"mass_scale", 4}}, replaced(text, "density=\"1000\"", "density=\"4000\"")},
-      {{{"mass_scale", 0.25}}, replaced(text, "density=\"1000\"", "density=\"250\"")},
-      {{{"friction_scale", 0.5}},
-       replaced(replaced(replaced(replaced(replaced(text, "\"0.9 0.1 0.1\"", "\"0.45 0.05 0.05\""),
-                                           "\"0.7 0.1 0.1\"", "\"0.35 0.05 0.05\""),
-                                  "\"1.9 0.1 0.1\"", "\"0.95 0.05 0.05\""),
-                         "\"0.9 0.9 0.1 0.1 0.1\"", "\"0.45 0.45 0.05 0.05 0.05\""),
-                "\"1.9 1.9 0.1 0.1 0.1\"", "\"0.95 0.95 0.05 0.05 0.05\"")},
+      {kHopper, {{"gravity", -3.7}}, replaced(hopper, "<option", "<option gravity='0 0 -3.7'")},
+      {kHopper, {{"joint_damping", 0.75}}, replaced(hopper, "damping=\"1\"", "damping='0.75'")},
+      {kHopper, {{"motor_strength", 1.5}}, replaced(hopper, "gear=\"200\"", "gear='300'")},
+      {kHopper, {{"mass_scale", 2}}, replaced(hopper, "<geom type", "<geom density='2000' type")},
+      {kWalker, {{"gravity", -3.7}}, replaced(walker, "<option", "<option gravity='0 0 -3.7'")},
+      {kWalker, {{"joint_damping", 0.75}}, replaced(walker, "damping=\"0.1\"", "damping='0.75'")},
+      {kWalker, {{"motor_strength", 1.5}}, replaced(walker, "gear=\"100\"", "gear='150'")},
+      {kWalker, {{"mass_scale", 4}}, replaced(walker, "density=\"1000\"", "density='4000'")},
+      {kWalker, {{"mass_scale", 0.25}}, replaced(walker, "density=\"1000\"", "density='250'")},
+      {kWalker,
+       {{"friction_scale", 0.5}},
+       replaced(
+           replaced(replaced(replaced(replaced(walker, "\"0.9 0.1 0.1\"", "\"0.45 0.05 0.05\""),
+                                      "\"0.7 0.1 0.1\"", "\"0.35 0.05 0.05\""),
+                             "\"1.9 0.1 0.1\"", "\"0.95 0.05 0.05\""),
+                    "\"0.9 0.9 0.1 0.1 0.1\"", "\"0.45 0.45 0.05 0.05 0.05\""),
+           "\"1.9 1.9 0.1 0.1 0.1\"", "\"0.95 0.95 0.05 0.05 0.05\"")},
   };
-  for (const auto& [world, altered_text] : cases) {
-    SCOPED_TRACE(world.begin()->first);
-    const std::string file = folder.write(world.begin()->first + ".xml", altered_text);
-    expect_same_values(*model_of("walker2d_v5.xml", world), *load_model(file));
+  for (const auto& [model, world, altered_text] : cases) {
+    SCOPED_TRACE(model + (" " + world.begin()->first));
+    const std::string file = folder.write(world.begin()->first + model, altered_text);
+    expect_same_values(*model_of(model, world), *load_model(file));
   }
 }
 

@@ -1,10 +1,9 @@
-// Walkers in worlds: physics, pushes, noise, saved states.
+// Walkers in worlds: physics, pushes, levels, noise.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numeric>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -60,12 +59,6 @@ Numbers row(const WorldRobot& robot) {
   return numbers;
 }
 
-double mass_of(const WorldRobot& robot) {
-  const std::vector<Link>& links = robot.robot->specification().links;
-  return std::accumulate(links.begin(), links.end(), 0.0,
-                         [](double sum, const Link& link) { return sum + link.mass; });
-}
-
 /// Horizontal and vertical momentum of the whole robot by finite differences of its links' poses.
 std::array<double, 2> momentum(WorldRobot& robot, const std::function<void()>& step) {
   const auto centre = [&robot] {
@@ -98,35 +91,6 @@ double height_in(const Scene& scene, double x) {
   for (const ScenePolygon& ground : scene.ground) see(ground.points[0], ground.points[1]);
   for (const ScenePolygon& box : scene.obstacles) see(box.points[3], box.points[2]);
   return height;
-}
-
-/// Compares a robot after 40 steps with another one that loads its state.
-void expect_continuation(WorldRobot robot, WorldRobot other, const WorldValues& world) {
-  robot.reset(4);
-  other.reset(7);
-  Actions actions("random", 2, static_cast<int>(robot.action_size()));
-  Numbers action;
-  for (int i = 0; i < 40; ++i) {
-    actions.draw(robot.observation(), action);
-    robot.step(action, {i % 5 == 0 ? 10.0 : 0.0, 0});
-  }
-  std::vector<std::byte> bytes;
-  StateWriter writer(bytes);
-  robot.robot->save(writer);
-  StateReader reader(bytes.data(), bytes.size());
-  other.robot->load(reader, world, true)();
-  for (int i = 0; i < 100; ++i) {
-    ASSERT_EQ(to_bits(other.observation()), to_bits(robot.observation())) << i;
-    Sensors sensors[2];
-    robot.robot->sense(sensors[0]);
-    other.robot->sense(sensors[1]);
-    ASSERT_EQ(to_bits(sensors[0].joint_effort), to_bits(sensors[1].joint_effort));
-    ASSERT_EQ(sensors[0].gravity, sensors[1].gravity);
-    ASSERT_EQ(to_bits(sensors[0].ranges), to_bits(sensors[1].ranges));
-    ASSERT_EQ(sensors[0].maximum_range, sensors[1].maximum_range);
-    actions.draw(robot.observation(), action);
-    for (WorldRobot* each : {&robot, &other}) each->step(action, {0, i % 7 == 0 ? 20.0 : 0.0});
-  }
 }
 
 class RobotTest : public testing::TestWithParam<std::tuple<const char*, const char*>> {
@@ -201,21 +165,6 @@ TEST_P(RobotTest, AWrenchIsAChangeOfMomentum) {
   }
 }
 
-/// The trunk's centre of mass is at its origin, where a world's pushes act as well.
-TEST_P(RobotTest, AWrenchOnTheTrunkActsAsAPush) {
-  WorldRobot robot = make();
-  WorldRobot other = make();
-  for (WorldRobot* each : {&robot, &other}) each->reset(3);
-  const double dt = robot.robot->specification().dt;
-  robot.step(idle(robot), {3, -2});
-  other.step(idle(other), {}, {{0, 3 / dt, -2 / dt, 0}});
-  const Numbers row_of_push = row(robot);
-  const Numbers row_of_wrench = row(other);
-  for (std::size_t i = 0; i < row_of_push.size(); ++i) {
-    EXPECT_NEAR(row_of_push[i], row_of_wrench[i], 1e-9) << i;
-  }
-}
-
 /// The arm of a force at a link's origin, against mj_applyFT for its generalized force.
 TEST_P(RobotTest, AWrenchActsAtTheLinksOrigin) {
   const ModelPointer model =
@@ -255,19 +204,6 @@ TEST_P(RobotTest, APushActsAtTheTrunksCentreOfMass) {
   EXPECT_EQ(make().robot->specification().links[0].center_of_mass, (Vector3{0, 0, 0}));
 }
 
-TEST_P(RobotTest, NoPushIsLeftOver) {
-  WorldRobot robot = make();
-  WorldRobot other = make();
-  for (WorldRobot* each : {&robot, &other}) each->reset(3);
-  robot.step(idle(robot), {40, 10});
-  EXPECT_NE(to_bits(row(robot)), to_bits(row(other)));
-  for (WorldRobot* each : {&robot, &other}) each->reset(3);
-  for (int i = 0; i < 20; ++i) {
-    ASSERT_EQ(to_bits(row(robot)), to_bits(row(other)));
-    for (WorldRobot* each : {&robot, &other}) each->step(idle(*each));
-  }
-}
-
 /// Values that are Gymnasium's change no bit, and another world leaves nothing behind.
 TEST_P(RobotTest, GymnasiumsValuesGiveGymnasiumsBits) {
   WorldValues defaults;
@@ -293,63 +229,6 @@ TEST_P(RobotTest, GymnasiumsValuesGiveGymnasiumsBits) {
       ASSERT_EQ(to_bits(row(climber)), to_bits(row(plain)));
       ASSERT_EQ(to_bits(row(named)), to_bits(row(plain)));
       ASSERT_EQ(to_bits(row(former)), to_bits(row(plain)));
-    }
-  }
-}
-
-/// A state continues in another robot, with the world's values, whatever its world was.
-TEST_P(RobotTest, SavedStatesContinueInTheirWorld) {
-  const WorldValues level{{"ground_roughness", 2}, {"pit_gap", 0.3},    {"stump_height", 0.1},
-                          {"stair_height", 0.1},   {"mass_scale", 1.2}, {"obstacle_spacing", 0.4}};
-  const WorldValues physics{{"gravity", -4},        {"mass_scale", 1.7},    {"joint_damping", 0.4},
-                            {"friction_scale", .3}, {"motor_strength", .8}, {"lidar_range", 1.5}};
-  for (const auto& [world, before] :
-       {std::pair(physics, WorldValues{{"gravity", -30}}), std::pair(level, WorldValues{}),
-        std::pair(physics, level), std::pair(level, WorldValues{{"stair_height", 0.3}})}) {
-    expect_continuation(make(world), make(before), world);
-  }
-}
-
-/// Robots in random worlds, beside each other and apart.
-TEST_P(RobotTest, GroupsGiveTheSameBits) {
-  std::vector<WorldRobot> together;
-  std::vector<WorldRobot> apart;
-  Generator random(5);
-  for (int i = 0; i < 11; ++i) {
-    WorldValues world;
-    for (const WorldParameter& parameter : find_registration(id()).world_parameters) {
-      if (random.uniform(0, 1) < 0.5) continue;
-      world[parameter.name] = random.uniform(parameter.minimum, parameter.maximum);
-    }
-    if (i % 3 == 1) {  // for the kernel
-      for (const WorldParameter& parameter : level_parameters()) world.erase(parameter.name);
-    }
-    together.push_back(make(i % 3 == 0 ? WorldValues{} : world));
-    apart.push_back(make(i % 3 == 0 ? WorldValues{} : world));
-    together.back().reset(i);
-    apart.back().reset(i);
-  }
-  std::vector<Numbers> actions(together.size());
-  std::vector<RobotStep*> steps(together.size());
-  for (int i = 0; i < 100; ++i) {
-    for (std::size_t k = 0; k < together.size(); ++k) {
-      actions[k].resize(together[k].action_size());
-      for (double& value : actions[k]) value = random.uniform(-1, 1);
-      std::array<double, 2> push{};
-      if (random.uniform(0, 1) < 0.2) push = {random.uniform(-50, 50), random.uniform(-50, 50)};
-      apart[k].step(actions[k], push);
-      RobotStep& step = together[k].result;
-      step = {};
-      step.robot = together[k].robot.get();
-      step.action = actions[k].data();
-      step.push = push;
-      step.info = together[k].info.data();
-      steps[k] = &step;
-    }
-    together[0].robot->step_group(steps.data(), steps.size());
-    for (std::size_t k = 0; k < together.size(); ++k) {
-      ASSERT_FALSE(together[k].result.failure);
-      ASSERT_EQ(to_bits(row(together[k])), to_bits(row(apart[k]))) << k;
     }
   }
 }
@@ -554,65 +433,6 @@ INSTANTIATE_TEST_SUITE_P(Hopper, RobotTest,
                                           testing::Values(nullptr)),
                          name_of);
 
-/// A world against an MJCF file with its numbers, over whole episodes.
-TEST(WorldModelTest, AWorldIsAFileWithItsNumbers) {
-  const Folder folder;
-  const struct {
-    const char *id, *model, *parameter;
-    double value;
-    const char *from, *to;
-  } cases[] = {
-      {"Walker2d-v5", "walker2d_v5.xml", "gravity", -3.7, "<option", "<option gravity='0 0 -3.7'"},
-      {"Walker2d-v5", "walker2d_v5.xml", "joint_damping", 0.75, "damping=\"0.1\"",
-       "damping='0.75'"},
-      {"Walker2d-v5", "walker2d_v5.xml", "motor_strength", 1.5, "gear=\"100\"", "gear='150'"},
-      {"Walker2d-v5", "walker2d_v5.xml", "mass_scale", 2, "density=\"1000\"", "density='2000'"},
-      {"Hopper-v5", "hopper_v5.xml", "gravity", -3.7, "<option", "<option gravity='0 0 -3.7'"},
-      {"Hopper-v5", "hopper_v5.xml", "joint_damping", 0.75, "damping=\"1\"", "damping='0.75'"},
-      {"Hopper-v5", "hopper_v5.xml", "motor_strength", 1.5, "gear=\"200\"", "gear='300'"},
-      {"Hopper-v5", "hopper_v5.xml", "mass_scale", 2, "<geom type", "<geom density='2000' type"},
-  };
-  for (const auto& [id, model, parameter, value, from, to] : cases) {
-    SCOPED_TRACE(std::string(id) + ", " + parameter);
-    const std::string file =
-        folder.write(std::string(id) + parameter + ".xml", replaced(builtin_text(model), from, to));
-    WorldRobot by_world = make_robot(nullptr, id, {{parameter, value}});
-    WorldRobot by_file = make_robot(nullptr, id, {}, {{"xml_file", file}});
-    Actions actions("random", 1, static_cast<int>(by_world.action_size()));
-    Numbers action;
-    for (std::uint64_t seed = 0; seed < 3; ++seed) {
-      by_world.reset(seed);
-      by_file.reset(seed);
-      for (int i = 0; i < 100; ++i) {
-        actions.draw(by_world.observation(), action);
-        by_world.step(action);
-        by_file.step(action);
-        ASSERT_EQ(to_bits(row(by_world)), to_bits(row(by_file))) << i;
-      }
-    }
-  }
-}
-
-/// Without friction the floor takes no horizontal momentum from a walker that slides and falls.
-TEST(WorldModelTest, FrictionTakesMomentum) {
-  const auto kept = [](double scale) {
-    WorldRobot robot = make_robot(nullptr, "Walker2d-v5", {{"friction_scale", scale}});
-    robot.reset(0);
-    Numbers position = robot.observation();
-    position.resize(kDegreesOfFreedom);
-    Numbers velocity(kDegreesOfFreedom);
-    velocity[kBaseX] = 2;
-    robot.robot->set_coordinates(position, velocity, robot.info.data());
-    const auto coast = [&] { robot.step(idle(robot)); };
-    const double before = momentum(robot, coast)[0];
-    for (int i = 0; i < 100; ++i) coast();
-    return momentum(robot, coast)[0] / before;
-  };
-  EXPECT_NEAR(kept(0), 1, 0.01);
-  EXPECT_LT(kept(0.1), 0.98);
-  EXPECT_LT(kept(1), kept(0.1) - 0.1);
-}
-
 /// The sensors' effort is the motor's, with its strength.
 TEST(WorldModelTest, MotorStrengthScalesTheEffort) {
   for (const auto& [id, effort] : {std::pair("Walker2d-v4", 100.0), {"Hopper-v4", 200.0}}) {
@@ -642,7 +462,6 @@ TEST(WorldModelTest, AUsersModelTakesWorlds) {
   const auto [x, z] = momentum(robot, coast);
   EXPECT_NEAR(x, 3, 0.02);
   EXPECT_NEAR(z, -2, 0.02);
-  EXPECT_GT(mass_of(robot), 1);
 }
 
 }  // namespace
