@@ -2,14 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
 
+#include "robots/mujoco/model_file.h"
 #include "stepper.h"
-#include "temporary_folder.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
@@ -19,13 +17,8 @@ namespace walker {
 class CrampedWalker {
  public:
   CrampedWalker() {
-    const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
-    std::ifstream file(path);
-    std::string text{std::istreambuf_iterator<char>(file), {}};
-    const std::string stack = "nstack=\"8000\"";
-    const std::size_t place = text.find(stack);
-    if (place == std::string::npos) throw std::out_of_range(path + " has no " + stack);
-    text.replace(place, stack.size(), "nstack=\"520\"");
+    const std::string text = mujoco::replaced(mujoco::builtin_text("walker2d_v5.xml"),
+                                              "nstack=\"8000\"", "nstack=\"520\"");
     parameters_ = {{"xml_file", folder_.write("cramped.xml", text)},
                    {"terminate_when_unhealthy", false},
                    {"reset_noise_scale", 3.0},

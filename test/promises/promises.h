@@ -11,13 +11,12 @@
 #include <map>
 #include <optional>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "bits.h"
-#include "temporary_folder.h"
+#include "robots/mujoco/model_file.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/registry.h"
 #include "walker_sim/world.h"
@@ -75,16 +74,11 @@ inline Rows to_rows(const std::string& text) {
 inline Parameters parameters_of(const Case& one) {
   if (one.model.empty()) return one.parameters;
   static const Folder kFolder;
-  const std::string path = WALKER_SIM_SOURCE_DIR "/assets/walker2d_v5.xml";
-  std::ifstream file(path);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
   const std::size_t arrow = one.model.find("->");
-  const std::string before = one.model.substr(0, arrow);
-  const std::size_t place = text.find(before);
-  if (place == std::string::npos) throw std::out_of_range(path + " has no " + before);
-  text.replace(place, before.size(), one.model.substr(arrow + 2));
   Parameters parameters = one.parameters;
-  parameters["xml_file"] = kFolder.write("changed.xml", text);
+  parameters["xml_file"] = kFolder.write(
+      "changed.xml", mujoco::replaced(mujoco::builtin_text("walker2d_v5.xml"),
+                                      one.model.substr(0, arrow), one.model.substr(arrow + 2)));
   return parameters;
 }
 
