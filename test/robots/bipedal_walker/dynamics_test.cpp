@@ -192,19 +192,6 @@ TEST(DynamicsTest, FrictionScaleIsAFactorOfEveryContacts) {
   }
 }
 
-TEST(DynamicsTest, WithoutFrictionTheWalkerSlides) {
-  const auto speed_after = [](double scale) {
-    Flight flight(with(&Dynamics::friction_scale, scale), 0, 0);
-    for (int i = 0; i < 150; ++i) flight.step();  // falls
-    flight.physics.push({5, 0});
-    for (int i = 0; i < 15; ++i) flight.step();
-    const Momentum momentum = momentum_of(flight.physics);
-    return momentum.forward / momentum.mass;
-  };
-  EXPECT_GT(speed_after(0), 0.5);
-  EXPECT_LT(speed_after(1), 0.1);
-}
-
 TEST(DynamicsTest, MotorsHaveTheirStrengthAndSpeed) {
   Dynamics dynamics;
   dynamics.motor_strength = 0.25;

@@ -19,23 +19,7 @@ struct Outcome {
   long episodes = 0;
   double fastest_hull = 0;   ///< [m/s]
   double fastest_joint = 0;  ///< [rad/s]
-  double widest_gap = 0;     ///< of a joint [m]
 };
-
-/// Distance of a leg's link from where the joints' angles put it.
-double gap_of(const Sensors& sensors, const Specification& specification) {
-  double widest = 0;
-  for (const std::size_t hip : {0U, 2U}) {
-    const Pose& hull = sensors.link_poses[0];
-    const Vector3& origin = specification.joints[hip].origin;
-    const double angle = 2 * std::atan2(-hull.orientation[1], hull.orientation[3]);
-    const double x = hull.position[0] + std::cos(angle) * origin[0] - std::sin(angle) * origin[2];
-    const double z = hull.position[2] + std::sin(angle) * origin[0] + std::cos(angle) * origin[2];
-    const Vector3& leg = sensors.link_poses[1 + hip].position;
-    widest = std::max(widest, std::hypot(leg[0] - x, leg[2] - z));
-  }
-  return widest;
-}
 
 /// Plays random episodes of up to 400 steps. Every other walker is pushed through the level, also
 /// after its fall.
@@ -89,10 +73,6 @@ Outcome play(const WorldValues& values) {
       for (const double speed : sensors.joint_velocity) {
         outcome.fastest_joint = std::max(outcome.fastest_joint, std::abs(speed));
       }
-      if (ages[i] > 20) {
-        outcome.widest_gap =
-            std::max(outcome.widest_gap, gap_of(sensors, robots[i]->specification()));
-      }
     }
   }
   return outcome;
@@ -104,8 +84,7 @@ void expect_stable(const std::string& what, const WorldValues& values,
   Outcome outcome;
   ASSERT_NO_THROW(outcome = play(values)) << what;
   std::cout << what << ": " << outcome.episodes << " episodes, hull up to " << outcome.fastest_hull
-            << " m/s, joints up to " << outcome.fastest_joint << " rad/s, gap up to "
-            << outcome.widest_gap << " m\n";
+            << " m/s, joints up to " << outcome.fastest_joint << " rad/s\n";
   EXPECT_LT(outcome.fastest_joint, max_joint_speed) << what;
 }
 

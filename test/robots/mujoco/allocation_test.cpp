@@ -58,24 +58,5 @@ TEST_F(AllocationTest, StepsInAWorldWithoutTheHeap) {
   }
 }
 
-TEST_F(AllocationTest, FillsTheGivenBuffers) {
-  Stepper walker("Walker2d-v5");
-  Stepper twin("Walker2d-v5");
-  walker.reset(1);
-  twin.reset(1);
-  const std::vector<double> old = walker.observation;
-  const std::vector<double> old_info = walker.info;
-  std::vector<double> elsewhere(old.size(), -7);
-  std::vector<double> info_elsewhere(old_info.size(), -7);
-  walker.result.observation = elsewhere.data();
-  walker.result.info = info_elsewhere.data();
-  walker.step({1, 0, -1, 0, 1, 0});
-  twin.step({1, 0, -1, 0, 1, 0});
-  EXPECT_EQ(elsewhere, twin.observation);
-  EXPECT_EQ(info_elsewhere, twin.info);
-  EXPECT_EQ(walker.observation, old);
-  EXPECT_EQ(walker.info[0], old_info[0]);
-}
-
 }  // namespace
 }  // namespace walker::mujoco

@@ -181,29 +181,6 @@ TEST_P(LevelPhysicsTest, SeamsBetweenBoxesAreNotFelt) {
   EXPECT_GT(touching, 400);
 }
 
-/// Before an obstacle the start pad carries a robot as the floor does.
-TEST_P(LevelPhysicsTest, LevelGroundIsAsTheFloor) {
-  Level level(model);
-  level.set({{"pit_gap", 1}}, 1);
-  LibraryPhysics flat(model);
-  Generator random(2);
-  for (int episode = 0; episode < 20; ++episode) {
-    for (int i = 0; i < model->nq; ++i) {
-      position[i] = model->qpos0[i] + random.uniform(-0.05, 0.05);
-    }
-    for (Physics* physics : {static_cast<Physics*>(&level.physics), static_cast<Physics*>(&flat)}) {
-      physics->reset(position.data(), velocity.data());
-    }
-    const State control(model->nu, 0.1);
-    for (int step = 0; step < 20; ++step) {
-      level.physics.step(control.data(), {}, 4);
-      flat.step(control.data(), {}, 4);
-    }
-    EXPECT_NEAR(level.physics.position()[kBaseZ], flat.position()[kBaseZ], 5e-3);
-    EXPECT_NEAR(level.physics.position()[kBasePitch], flat.position()[kBasePitch], 5e-2);
-  }
-}
-
 /// A foot that has come to rest on a tread or a stump is at its height.
 TEST_P(LevelPhysicsTest, AFootRestsOnAStep) {
   Level level(model);

@@ -291,35 +291,5 @@ TEST(LidarInAWorld, MeasuresWhatTheEngineDoes) {
   }
 }
 
-/// A step of 0.4 m begins 0.5 m before the torso: rays hit the floor, its riser and its tread.
-TEST(LidarInAWorld, MeasuresAStep) {
-  const Folder folder;
-  Parameters parameters = kWithLidar;
-  parameters["xml_file"] =
-      write_world(folder, "<geom type=\"box\" size=\"4 1 0.2\" pos=\"4.5 0 0.2\"/>");
-  WorldRobot robot("Walker2d-v5", parameters);
-  robot.reset(0);
-  robot.place(pose(robot, 0, 1, 0));
-  Sensors sensors;
-  robot.robot->sense(sensors);
-  std::array<int, 3> num_hits{};
-  for (std::size_t i = 0; i < kLidarRays; ++i) {
-    const double angle = 0.15 * static_cast<double>(i);
-    const double floor = 1 / std::cos(angle);
-    const double riser = 0.5 / std::sin(angle);
-    const double tread = 0.6 / std::cos(angle);
-    const bool is_before = floor * std::sin(angle) < 0.5;
-    const bool is_riser = !is_before && riser * std::cos(angle) > 0.6;
-    const double expected = is_before ? floor : is_riser ? riser : tread;
-    if (expected <= kRange) {
-      EXPECT_NEAR(sensors.ranges[i], expected, 1e-12) << i;
-    } else {
-      EXPECT_EQ(sensors.ranges[i], kInfinity) << i;
-    }
-    ++num_hits.at(is_before ? 0 : is_riser ? 1 : 2);
-  }
-  EXPECT_EQ(num_hits, (std::array<int, 3>{4, 1, 5}));
-}
-
 }  // namespace
 }  // namespace walker::mujoco

@@ -134,30 +134,6 @@ TEST_P(SensorsTest, TrunkVelocitiesEqualTheEngines) {
   });
 }
 
-/// The floor is level, and no limb before a ray is in its way.
-TEST_P(SensorsTest, RangesAreThoseToTheFloor) {
-  const double floor = is_other() ? -0.1 : 0;
-  const double maximum = specification_.range_finder.maximum_range;
-  EXPECT_NEAR(maximum, 2.376, 1e-3);
-  std::array<int, 2> seen{};  // misses, hits
-  walk([&](const std::vector<double>& /*action*/, PlainWalker& /*twin*/) {
-    ASSERT_EQ(sensors_.maximum_range, maximum);
-    ASSERT_EQ(sensors_.ranges.size(), 10U);
-    const double height = sensors_.link_poses[0].position[2] - floor;
-    for (std::size_t i = 0; i < sensors_.ranges.size(); ++i) {
-      const double range = height / std::cos(0.15 * static_cast<double>(i));
-      const bool is_hit = 0 <= range && range <= maximum;
-      ASSERT_EQ(std::isfinite(sensors_.ranges[i]), is_hit) << range;
-      if (is_hit) {
-        ASSERT_NEAR(sensors_.ranges[i], range, 1e-12);
-      }
-      ++seen.at(is_hit ? 1 : 0);
-    }
-  });
-  EXPECT_GT(seen[0], 20);
-  EXPECT_GT(seen[1], 20);
-}
-
 TEST_P(SensorsTest, ContactsMatchTheFeetsHeight) {
   const double floor = is_other() ? -0.1 : 0;
   std::array<int, 2> seen{};  // lifted, touching

@@ -280,31 +280,6 @@ TEST_P(KernelPhysicsTest, RejectsTheStatesThatTheLibraryRejects) {
   EXPECT_EQ(step(State(num_motors_, 0.1)), "nothing thrown");
 }
 
-TEST_P(KernelPhysicsTest, MeasuresAsTheLibrary) {
-  reset(standing_, State(size_, 0.5));
-  State control(num_motors_, 0);
-  for (int i = 0; i < 300; ++i) {
-    for (int k = 0; k < num_motors_; ++k) control[k] = std::sin(0.3 * i + k);
-    step(control);
-    State seen[2];
-    const Physics* const both[] = {kernel_.get(), library_.get()};
-    for (int side = 0; side < 2; ++side) {
-      both[side]->measure([&](const mjData& data) {
-        State& all = seen[side];
-        all.assign(data.xpos, data.xpos + std::ptrdiff_t{3} * model_->nbody);
-        all.insert(all.end(), data.xquat, data.xquat + std::ptrdiff_t{4} * model_->nbody);
-        all.insert(all.end(), data.xaxis, data.xaxis + std::ptrdiff_t{3} * model_->njnt);
-        all.insert(all.end(), data.qfrc_actuator, data.qfrc_actuator + size_);
-        for (int k = 0; k < data.ncon; ++k) {
-          all.push_back(data.contact[k].geom2);
-          all.push_back(data.contact[k].dist);
-        }
-      });
-    }
-    ASSERT_EQ(to_bits(seen[0]), to_bits(seen[1])) << i;
-  }
-}
-
 /// The kernel variable or the model file may change while environments are made.
 TEST_P(KernelPhysicsTest, StepsOtherKindsOfWorldsApart) {
   const Kernels& kernels = robot_of(GetParam()).kernels;

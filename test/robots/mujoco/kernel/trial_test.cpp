@@ -35,23 +35,6 @@ TEST(TrialTest, RejectsAKernelThatFlagsEverything) {
   EXPECT_FALSE(is_as_library(kernel, *load_model("walker2d_v5.xml")));
 }
 
-TEST(TrialTest, ChoosesTheFirstKernelThatTheUserAllows) {
-  const ModelPointer model = load_model("walker2d_v5.xml");
-  const Kernels& kernels = robot_of("walker2d_v5.xml").kernels;
-  {
-    const KernelVariable variable(nullptr);
-    EXPECT_EQ(choose_kernel(kernels, *model).kernel, kernels.usable.front());
-    EXPECT_EQ(choose_kernel(kernels, *model).fallback_reason, "");
-  }
-  for (const Kernel* kernel : kernels.usable) {
-    const KernelVariable variable(kernel->instruction_set);
-    EXPECT_EQ(choose_kernel(kernels, *model).kernel, kernel);
-  }
-  const KernelVariable variable("off");
-  EXPECT_EQ(choose_kernel(kernels, *model).kernel, nullptr);
-  EXPECT_EQ(choose_kernel(kernels, *model).fallback_reason, "WALKER_SIM_KERNEL is off");
-}
-
 TEST(TrialTest, ChoosesNoneForAnotherModel) {
   const KernelChoice choice =
       choose_kernel(robot_of("walker2d_v5.xml").kernels, *load_model("hopper_v5.xml"));
