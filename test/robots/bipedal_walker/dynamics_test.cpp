@@ -209,35 +209,6 @@ TEST(DynamicsTest, MotorsHaveTheirStrengthAndSpeed) {
   }
 }
 
-TEST(DynamicsTest, DampingSlowsJointsAndKeepsMomentum) {
-  const auto fly = [](double damping) {
-    Dynamics dynamics = with_gravity(0);
-    dynamics.joint_damping = damping;
-    auto flight = std::make_unique<Flight>(dynamics);
-    for (int i = 0; i < 50; ++i) flight->step();  // the joints close
-    for (int i = 0; i < 3; ++i) flight->step({1, -1, -1, -1});
-    return flight;
-  };
-  const auto speeds = [](const Flight& flight) {
-    double sum = 0;
-    for (std::size_t i = 0; i < kJointCount; ++i) {
-      sum += std::abs(double{flight.physics.joint(i).GetJointSpeed()});
-    }
-    return sum;
-  };
-  const auto plain = fly(0);
-  const auto damped = fly(0.2);
-  const Momentum before = momentum_of(damped->physics);
-  for (int i = 0; i < 3; ++i) {
-    plain->step();
-    damped->step();
-  }
-  EXPECT_LT(speeds(*damped), 0.9 * speeds(*plain));
-  const Momentum after = momentum_of(damped->physics);
-  EXPECT_NEAR(after.forward, before.forward, 1e-4);
-  EXPECT_NEAR(after.up, before.up, 1e-4);
-}
-
 /// The damping's impulse is -c (joint speed before the step) dt.
 TEST(DynamicsTest, DampingIsProportionalToTheJointsSpeeds) {
   Dynamics dynamics = with_gravity(0);

@@ -212,13 +212,6 @@ TEST_F(SensorsTest, SceneIsTheTerrain) {
   ASSERT_EQ(scene.flags.size(), 1U);
   EXPECT_EQ(scene.flags[0].z, ground[3].y);
   EXPECT_EQ(scene.flags[0].x, ground[3].x);
-
-  Stepper hardcore("BipedalWalkerHardcore-v3");
-  hardcore.reset(kSeed);
-  hardcore.environment->scene(scene);
-  Generator generator(kSeed);
-  EXPECT_EQ(scene.obstacles.size(), generate_terrain(generator, true).obstacles.size());
-  EXPECT_FALSE(scene.obstacles.empty());
 }
 
 class SpecificationTest : public SensorsTest {

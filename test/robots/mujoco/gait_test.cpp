@@ -11,6 +11,7 @@
 
 #include "error_message.h"
 #include "stepper.h"
+#include "test_name.h"
 #include "walker_sim/agent.h"
 
 namespace walker::mujoco {
@@ -95,10 +96,7 @@ TEST_P(GaitTest, HasTheTrainedWeights) {
 
 INSTANTIATE_TEST_SUITE_P(Ids, GaitTest,
                          testing::Values("Walker2d-v4", "Walker2d-v5", "Hopper-v4", "Hopper-v5"),
-                         [](const auto& id) {
-                           std::string name = id.param;
-                           return name.erase(name.find('-'), 1);
-                         });
+                         kNameOfId);
 
 }  // namespace
 }  // namespace walker::mujoco

@@ -90,12 +90,9 @@ class Limits : public testing::TestWithParam<Case> {
   Control control = Control(ours->nu);
 };
 
-TEST_P(Limits, FitTheSizes) {
+TEST_P(Limits, FitTheSizesAndAreReachedByTheWorstCase) {
   EXPECT_LE(GetParam().max_contacts, ours->nconmax);
   EXPECT_LE(GetParam().max_constraints, ours->njmax);
-}
-
-TEST_P(Limits, AreReachedByTheWorstCase) {
   LibraryPhysics physics(ours);
   Usage usage;
   for (const double depth : {-2.0, -5.0, -20.0}) {

@@ -14,6 +14,7 @@
 #include "recording.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
+#include "test_name.h"
 
 #include <mujoco/mjxmacro.h>
 
@@ -166,10 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, Models,
                                          std::pair("Walker2d-v5", "walker2d_v5.xml"),
                                          std::pair("Hopper-v4", "hopper_v4.xml"),
                                          std::pair("Hopper-v5", "hopper_v5.xml")),
-                         [](const auto& test) {
-                           std::string name = test.param.first;
-                           return name.erase(name.find('-'), 1);
-                         });
+                         [](const auto& test) { return test_name(test.param.first); });
 
 /// Negative control of the comparison above.
 TEST(RecordedModels, DifferInTheRightFootsFriction) {

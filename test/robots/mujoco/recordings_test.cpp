@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <set>
@@ -37,8 +36,6 @@ std::vector<double> comparable_row(const Stepper& walker, const std::string& kin
 struct Tally {
   std::size_t episodes = 0;
   std::size_t steps = 0;
-  std::size_t values = 0;
-  std::size_t differing_rows = 0;
   std::size_t falls = 0;
 };
 
@@ -47,21 +44,14 @@ void compare_episode(Recording& recording, Stepper& walker, Tally& tally,
   const Headline episode(recording);
   SCOPED_TRACE(walker.environment->specification().id + " " + episode.kind + " seed " +
                episode.seed + ", episode " + std::to_string(tally.episodes));
-  std::size_t differing = 0;
-  std::size_t first_differing = 0;
   replay<Actions>(episode, walker, [&](std::size_t i, const std::vector<double>& /*action*/) {
-    const bool differs =
-        short_hash(comparable_row(walker, episode.kind)) != recording.next_hexadecimal();
-    if (differs && differing++ == 0) first_differing = i;
+    ASSERT_EQ(short_hash(comparable_row(walker, episode.kind)), recording.next_hexadecimal())
+        << "at step " << i;
     ASSERT_EQ(walker.has_ended(), i == episode.steps) << "at step " << i;
   });
-  if (testing::Test::HasFatalFailure()) return;
-  EXPECT_EQ(differing, 0U) << "rows differ, the first at step " << first_differing;
   kinds.insert(episode.kind);
   ++tally.episodes;
   tally.steps += episode.steps;
-  tally.values += (episode.steps + 1) * walker.row().size();
-  tally.differing_rows += differing;
   tally.falls += walker.result.terminated ? 1 : 0;
 }
 
@@ -88,9 +78,6 @@ TEST_P(Recordings, EveryStepHasGymnasiumsHash) {
   }
   for (const auto& [id, tally] : tallies) {
     SCOPED_TRACE(id);
-    std::cout << id << ": " << tally.episodes << " episodes, " << tally.steps << " steps, "
-              << tally.values << " values, " << tally.differing_rows << " rows differ\n";
-    EXPECT_EQ(tally.differing_rows, 0U);
     EXPECT_GE(tally.episodes, 120U);
     EXPECT_GE(tally.steps, 30000U);
     EXPECT_GE(tally.falls, 100U);

@@ -19,6 +19,7 @@
 #include "robots/mujoco/player.h"
 #include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_robot.h"
+#include "test_name.h"
 
 namespace walker::mujoco {
 namespace {
@@ -419,9 +420,7 @@ TEST_P(RobotTest, NoNoiseIsNoNoise) {
 
 std::string name_of(const testing::TestParamInfo<RobotTest::ParamType>& info) {
   const auto [id, kernel] = info.param;
-  std::string name = std::string(id) + (kernel == nullptr ? "" : std::string("_") + kernel);
-  name.erase(name.find('-'), 1);
-  return name;
+  return test_name(id) + (kernel == nullptr ? "" : std::string("_") + kernel);
 }
 
 INSTANTIATE_TEST_SUITE_P(Walker2d, RobotTest,

@@ -17,7 +17,6 @@
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/world_physics.h"
 #include "saved_states.h"
-#include "walker_sim/agent.h"
 
 namespace walker::mujoco::kernel {
 namespace {
@@ -103,12 +102,6 @@ TEST_P(EnvironmentTest, EpisodesInAWorldAreTheSame) {
       GetParam(), {}, 60, 1000, [&](const Stepper&) { return any_action(1); }, world);
 }
 
-TEST_P(EnvironmentTest, GaitEpisodesAreTheSame) {
-  const auto gait = make_agent("heuristic", make(GetParam())->specification(), 0);
-  compare(GetParam(), {}, 2, 1000,
-          [&](const Stepper& walker) { return gait->act(walker.observation); });
-}
-
 TEST_P(EnvironmentTest, ActionsBeyondTheirRangeAreTheSame) {
   int step = 0;
   compare(GetParam(), {{"terminate_when_unhealthy", false}}, 2, 400,
@@ -181,11 +174,6 @@ TEST_P(KernelPhysicsTest, KeepsNegativeZeros) {
   for (const std::size_t i : {0U, 2U, 4U}) position[i] = -0.0;
   reset(position, State(size_, -0.0));
   for (int i = 0; i < 100; ++i) step(State(num_motors_, i % 2 == 0 ? 0.0 : -0.0));
-}
-
-TEST_P(KernelPhysicsTest, KeepsDenormals) {
-  reset(standing_, State(size_, 5e-324));
-  for (int i = 0; i < 100; ++i) step(State(num_motors_, -1e-310));
 }
 
 /// A control beyond 1e10 leaves a step to the library.
