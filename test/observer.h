@@ -69,22 +69,6 @@ class Observer {
     return largest;
   }
 
-  /// Returns the indices of the built observation that change if `change` is applied.
-  std::vector<std::size_t> changed_by(const Measurements& before,
-                                      const std::function<void(Measurements&)>& change) const {
-    Measurements after = before;
-    change(after);
-    std::vector<double> one(built.size());
-    std::vector<double> other(built.size());
-    builder->build(before, one.data());
-    builder->build(after, other.data());
-    std::vector<std::size_t> places;
-    for (std::size_t i = 0; i < one.size(); ++i) {
-      if (one[i] != other[i]) places.push_back(i);
-    }
-    return places;
-  }
-
   Stepper walker;
   std::unique_ptr<ObservationBuilder> builder;
   Measurements measurements;
@@ -107,10 +91,6 @@ class ChangedMeasurements : public testing::Test {
       : observer_(id, parameters) {}
 
   using Change = std::function<void(Measurements&)>;
-
-  std::vector<std::size_t> changed_by(const Change& change) const {
-    return observer_.changed_by(measurements_, change);
-  }
 
   /// Returns the error message. The observation must stay untouched.
   std::string refusal(const Change& change) const {

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cmath>
-#include <memory>
 #include <numeric>
 
 #include "robots/bipedal_walker/physics.h"

@@ -56,6 +56,7 @@ class RendererTest : public testing::Test {
 TEST_F(RendererTest, TwoThreadsCanDraw) {
   const std::vector<StateCapture> captures = some_captures();
   std::vector<Image> expected;
+  expected.reserve(captures.size());
   for (const StateCapture& captured : captures) expected.push_back(draw(captured));
   const auto draw_often = [&] {
     const auto renderer = make_renderer("BipedalWalker-v3");

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "pose_algebra.h"
 #include "robots/mujoco/model.h"

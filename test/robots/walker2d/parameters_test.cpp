@@ -2,7 +2,6 @@
 // their effects.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <stdexcept>
 
