@@ -60,7 +60,19 @@ TEST(SavedState, HasTheProgressOfTheEpisode) {
   EXPECT_EQ(progress.steps, 30U);
   EXPECT_EQ(progress.episode_return, episode_return);
   EXPECT_FALSE(load(walker, save(Stepper(kPlain))).has_begun);
+  EXPECT_THROW(walker.step({0, 0, 0, 0}), ResetNeeded);
   EXPECT_EQ(walker.environment->generator_state(), GeneratorState{});
+}
+
+TEST(SavedState, AfterTheEnd) {
+  Stepper walker(kPlain);
+  walker.reset(4);
+  while (!walker.has_ended()) walker.step({1, 1, 1, 1});
+  Stepper fresh(kPlain);
+  load(fresh, save(walker));
+  expect_alike(fresh, walker);
+  EXPECT_THROW(fresh.step({0, 0, 0, 0}), ResetNeeded);
+  EXPECT_STREQ(fresh.result.end_reason, "hull touched the ground");
 }
 
 TEST(SavedState, TimeLimitIsTheLoaders) {

@@ -201,6 +201,13 @@ TEST_F(CompileApartTest, APathEndsAtNoZeroByte) {
   EXPECT_TRUE(has(message, "walker.xml\\x00junk: must not have a zero byte")) << message;
 }
 
+TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
+  for (const char* name : {"walker2d_v4.xml", "walker2d_v5.xml", "hopper_v5.xml"}) {
+    const std::string file = folder_.write("model.xml", builtin_text(name));
+    EXPECT_EQ(fingerprint(*load_model(file)), fingerprint(*load_model(name))) << name;
+  }
+}
+
 TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   std::vector<std::thread> threads;
   std::vector<std::size_t> sizes(4);
