@@ -1,6 +1,6 @@
 """`doctor` in a good set-up, and in bad ones, each of which it names with its remedy."""
 
-import hashlib
+import fnmatch
 import os
 import pathlib
 import re
@@ -16,13 +16,11 @@ import numpy as np
 import pytest
 import walker_sim
 from ros import free_port
-from walker_sim import _core
-from walker_sim.commands import doctor
-from walkers import IDS, ROBOTS, make_reference
+from walkers import IDS, ROBOTS
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2] / "src/python/walker_sim"
 ELSEWHERE = "192.0.2.1"  # of no machine: reserved for documentation
-MODULE = ["-m", "walker_sim"]
+LOCAL = {"ROS_HOSTNAME": "localhost"}
 
 
 class Line(NamedTuple):
@@ -43,7 +41,7 @@ def examine(status=0, patch=None, path=(), limit=None, **variables):
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, folders))
     code = f"{patch}\nfrom walker_sim.commands import main\nraise SystemExit(main(['doctor']))"
     done = subprocess.run(
-        [sys.executable, *(["-c", code] if patch else MODULE), "doctor"],
+        [sys.executable, *(["-c", code] if patch else ["-m", "walker_sim"]), "doctor"],
         env=environment,
         preexec_fn=limit and (lambda: resource.setrlimit(limit[0], (limit[1], limit[1]))),
         capture_output=True,
@@ -67,11 +65,22 @@ def examine(status=0, patch=None, path=(), limit=None, **variables):
     return lines, done.stdout
 
 
-def fault(subject, *arguments, **keywords):
-    """Returns text and remedy of the only fault."""
-    lines, out = examine(1, *arguments, **keywords)
-    assert [name for name, line in lines.items() if line.level == "FAULT"] == [subject], out
-    return lines[subject].text, lines[subject].remedy
+def expect(level, subject, text, remedy, **keywords):
+    """Expects such a line, whose text and remedy match patterns, and no other fault."""
+    lines, out = examine(int(level == "FAULT"), **keywords)
+    assert lines[subject].level == level, out
+    assert fnmatch.fnmatchcase(lines[subject].text, text), out
+    assert fnmatch.fnmatchcase(lines[subject].remedy, remedy), out
+    assert {name for name, line in lines.items() if line.level == "FAULT"} <= {subject}, out
+    return lines
+
+
+def fault(*line, **keywords):
+    return expect("FAULT", *line, **keywords)
+
+
+def note(*line, **keywords):
+    return expect("note", *line, **keywords)
 
 
 @pytest.fixture()
@@ -90,56 +99,22 @@ def module(folder, name, code):
     return folder
 
 
-# ---------------------------------------------------------------- a good set-up
+HIDDEN = "glibc.cpu.hwcaps=-FMA,-AVX2,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable"
 
 
-def test_a_good_set_up():
-    lines, _ = examine()
+@pytest.mark.parametrize("variables", [{}, {"GLIBC_TUNABLES": HIDDEN}], ids=["", "without FMA"])
+def test_a_good_set_up(variables):
+    if variables and os.uname().machine != "x86_64":
+        pytest.skip("there is one variant on others")
+    lines, _ = examine(**variables)
     for env_id in IDS:
         assert lines[env_id].text.endswith("100 steps have the expected bits")
+    assert "libm: no fma" in lines["engine"].text or not variables
     assert lines["walker_sim"].text.startswith(walker_sim.__version__)
     assert lines["numpy"].text.startswith(np.__version__)
     assert lines["ROS"].text.startswith("is not sourced")
     assert re.search(r"compiler (GCC|clang)", lines["extension"].text)
     assert lines["shared memory"].level == "ok"
-
-
-def digest_of_gymnasium(env_id):
-    environment = make_reference(env_id)
-    agent = _core.Agent("heuristic", env_id, {}, doctor.SEED)
-    observation, _ = environment.reset(seed=doctor.SEED)
-    bits = hashlib.sha256(observation.tobytes())
-    action = np.zeros(environment.action_space.shape)
-    ends = False, False
-    for _ in range(doctor.STEPS):
-        if any(ends):
-            break
-        agent.act(observation.astype(np.float64), action)
-        observation, reward, *ends, _ = environment.step(action.astype(np.float32))
-        bits.update(observation.tobytes() + np.float64(reward).tobytes() + bytes(ends))
-    return bits.hexdigest()
-
-
-def expected_bits(env_id):
-    libm = _core.Pool("Walker2d-v5", {}).specification["engine_version"]
-    variant = "no fma" if "libm: no fma" in libm else "fma"
-    return doctor.BITS[variant if env_id in ROBOTS else ""][env_id]
-
-
-@pytest.mark.parametrize("env_id", sorted({*IDS} - {*ROBOTS}))
-def test_the_expected_bits_are_gymnasiums(env_id):
-    """Gymnasium's other walkers are on a newer MuJoCo; `test_kernels` compares with the library."""
-    expected = expected_bits(env_id)
-    assert len(expected) == 16
-    assert digest_of_gymnasium(env_id).startswith(expected)
-
-
-@pytest.mark.skipif(os.uname().machine != "x86_64", reason="there is one variant on others")
-def test_the_expected_bits_without_fma():
-    hidden = "-FMA,-AVX2,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable"
-    lines, _ = examine(GLIBC_TUNABLES=f"glibc.cpu.hwcaps={hidden}")
-    assert all(lines[env_id].text.endswith("the expected bits") for env_id in IDS)
-    assert "libm: no fma" in lines["engine"].text
 
 
 def test_neither_home_nor_user_is_printed(files):
@@ -151,9 +126,8 @@ def test_neither_home_nor_user_is_printed(files):
 
 def test_a_home_without_a_name():
     """As that of a container's user who is in no password file."""
-    variables = {"ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": "localhost:11311"}
-    text, _ = fault("ROS_MASTER_URI", HOME="/", **variables)
-    assert text == "is not http://HOST:PORT"
+    uri = {"ROS_MASTER_URI": "localhost:11311"}
+    fault("ROS_MASTER_URI", "is not http://HOST:PORT", "*localhost*", HOME="/", **LOCAL, **uri)
 
 
 def test_other_hosts_are_not_printed():
@@ -164,45 +138,34 @@ def test_other_hosts_are_not_printed():
     assert "word" not in out
 
 
-def test_an_argument_is_refused(command):
-    assert "unrecognized arguments: all" in command("doctor", "all", status=2).err
-
-
 # ---------------------------------------------------------------- the package and Python
 
 
 def test_two_versions_on_the_path(files):
     init = files / "walker_sim/__init__.py"
     init.write_text(init.read_text().replace(f'"{walker_sim.__version__}"', '"0.0.7"'))
-    text, remedy = fault("walker_sim", path=[files, SOURCE.parent])
-    assert f"0.0.7 in {files}/walker_sim; {walker_sim.__version__} in {SOURCE}" in text
-    assert "take it off the path" in remedy
-    text, remedy = fault("extension", path=[files])
-    assert text.startswith(f"walker_sim 0.0.7 ({files}/walker_sim/")
-    assert text.endswith("or take it off the path")
-    assert remedy == ""
+    both = f"* 0.0.7 in {files}/walker_sim; {walker_sim.__version__} in {SOURCE}"
+    fault("walker_sim", both, "*take it off the path*", path=[files, SOURCE.parent])
+    old = f"walker_sim 0.0.7 ({files}/walker_sim/*or take it off the path"
+    fault("extension", old, "", path=[files])
 
 
 def test_no_extension_module_for_this_python(files):
-    text, _ = fault("extension", path=[files], PYTHONPATH="")
-    assert "has no extension module for this Python" in text
-    assert "pip install FOLDER" in text
+    text = "*has no extension module for this Python*pip install FOLDER*"
+    fault("extension", text, "*", path=[files], PYTHONPATH="")
 
 
 def test_an_extension_module_of_a_newer_system(files):
     message = "libc.so.6: version `GLIBC_2.99' not found"
     module(files, "walker_sim._core", f"raise ImportError({message!r})")
-    text, remedy = fault("extension", path=[files])
-    assert text == message
-    assert "compiled for a newer system" in remedy
+    fault("extension", message, "*compiled for a newer system*", path=[files])
 
 
 @pytest.mark.parametrize("name", ["argparse", "gymnasium", "numpy", "random", "socket", "uuid"])
 def test_a_file_that_hides_a_module(tmp_path, name):
     module(tmp_path, name, "raise RuntimeError('imported')")
-    text, remedy = fault(f"{name}.py", path=[tmp_path])
-    assert text == f"{tmp_path / name}.py hides the module {name}: imports get this file instead"
-    assert remedy.startswith("Rename it")
+    text = f"{tmp_path / name}.py hides the module {name}: imports get this file instead"
+    fault(f"{name}.py", text, "Rename it*", path=[tmp_path])
 
 
 def test_a_folder_on_the_path_that_is_not_readable(tmp_path):
@@ -217,28 +180,21 @@ os.listdir = listdir"""
     examine(patch=patch, path=[tmp_path])
 
 
-def test_a_numpy_that_cannot_be_imported(tmp_path):
+def test_modules_of_another_numpy(tmp_path):
     message = "numpy.core.multiarray failed to import"
-    folder = module(tmp_path / "site-packages", "numpy.__init__", f"raise ImportError({message!r})")
-    text, remedy = fault("numpy", path=[folder])
-    assert text == f"cannot be imported: {message}"
-    assert "pip install --upgrade 'numpy>=1.21'" in remedy
-
-
-def test_a_module_compiled_for_another_numpy(tmp_path):
-    message = "numpy.core.multiarray failed to import"
+    failing = f"raise ImportError({message!r})"
+    folder = module(tmp_path / "site-packages", "numpy.__init__", failing)
+    remedy = "*pip install --upgrade 'numpy>=1.21'*"
+    fault("numpy", f"cannot be imported: {message}", remedy, path=[folder])
     folder = module(tmp_path / "dist-packages", "cv_bridge.__init__", "")
-    module(folder, "cv_bridge.boost.cv_bridge_boost", f"raise ImportError({message!r})")
-    lines, _ = examine(path=[folder])
-    assert lines["cv_bridge"].level == "note"
-    assert "/usr/bin/python3 node.py" in lines["cv_bridge"].remedy
+    module(folder, "cv_bridge.boost.cv_bridge_boost", failing)
+    note("cv_bridge", "*", "*/usr/bin/python3 node.py*", path=[folder])
 
 
 def test_old_or_missing_gymnasium():
     patch = "import gymnasium; gymnasium.__version__ = '0.26.3'"
-    assert fault("gymnasium", patch=patch) == ("0.26.3 is too old", "pip install 'gymnasium>=0.29'")
-    lines, _ = examine(patch="import sys; sys.modules['gymnasium'] = None")
-    assert lines["gymnasium"].level == "note"
+    fault("gymnasium", "0.26.3 is too old", "pip install 'gymnasium>=0.29'", patch=patch)
+    lines = note("gymnasium", "*", "*", patch="import sys; sys.modules['gymnasium'] = None")
     assert lines["Hopper-v5"].level == "ok"
 
 
@@ -254,18 +210,17 @@ def test_missing_libraries_of_pictures():
 
 
 def test_without_avx():
-    patch = """
+    text = "MuJoCo's library needs a processor with AVX; this one does not have it."
+    patch = f"""
 from walker_sim import _core
 make = _core.Pool
 def refuse(env_id, parameters):
     if "Bipedal" in env_id:
         return make(env_id, parameters)
-    raise RuntimeError("MuJoCo's library needs a processor with AVX; this one does not have it.")
+    raise RuntimeError({text!r})
 _core.Pool = refuse
 """
-    text, remedy = fault(", ".join(ROBOTS), patch=patch)
-    assert text.startswith("MuJoCo's library needs a processor with AVX")
-    assert "-cpu host" in remedy
+    fault(", ".join(ROBOTS), text, "*-cpu host*", patch=patch)
 
 
 def test_kernels():
@@ -274,22 +229,17 @@ def test_kernels():
         assert lines[env_id].level == "note"
         assert "stepped by the library: WALKER_SIM_KERNEL is off" in lines[env_id].text
         assert lines[env_id].text.endswith("the expected bits")
-    text, remedy = fault(", ".join(IDS), WALKER_SIM_KERNEL="avx9")
-    assert text.startswith("WALKER_SIM_KERNEL = avx9: must be one of off, ")
-    assert remedy == "unset WALKER_SIM_KERNEL"
+    text, remedy = "WALKER_SIM_KERNEL = avx9: must be one of off, *", "unset WALKER_SIM_KERNEL"
+    fault(", ".join(IDS), text, remedy, WALKER_SIM_KERNEL="avx9")
 
 
-def test_other_bits():
+def test_other_bits_and_another_library():
     patch = "from walker_sim.commands import doctor; doctor.BITS['']['BipedalWalker-v3'] = '0'"
-    text, remedy = fault("BipedalWalker-v3", patch=patch)
-    assert text.endswith(f"{expected_bits('BipedalWalker-v3')}, must be 0")
-    assert "report it" in remedy
-
-
-@pytest.mark.skipif(os.uname().machine != "x86_64", reason="others are not known")
-def test_another_library():
-    patch = "from walker_sim.commands import doctor; doctor.LIBRARIES['x86_64'] = '0'"
-    assert fault("engine", patch=patch)[0].endswith("is not the released library's")
+    text = f"* have the bits {'[0-9a-f]' * 16}, must be 0"
+    fault("BipedalWalker-v3", text, "*report it*", patch=patch)
+    if os.uname().machine == "x86_64":  # others are not known
+        patch = "from walker_sim.commands import doctor; doctor.LIBRARIES['x86_64'] = '0'"
+        fault("engine", "* is not the released library's", "*", patch=patch)
 
 
 # ---------------------------------------------------------------- ROS
@@ -298,24 +248,22 @@ def test_another_library():
 @pytest.mark.parametrize(
     ("variables", "subject", "text"),
     [
-        ({"ROS_HOSTNAME": ELSEWHERE}, "ROS_HOSTNAME", "is another machine's"),
-        ({"ROS_HOSTNAME": "a" * 70}, "ROS_HOSTNAME", "does not resolve"),
-        ({"ROS_IP": ELSEWHERE}, "ROS_IP", "is another machine's"),
-        ({"ROS_IP": "localhost"}, "ROS_IP", "is not an IP address"),
+        ({"ROS_HOSTNAME": ELSEWHERE}, "ROS_HOSTNAME", "is another machine's*"),
+        ({"ROS_HOSTNAME": "a" * 70}, "ROS_HOSTNAME", "does not resolve*"),
+        ({"ROS_IP": ELSEWHERE}, "ROS_IP", "is another machine's*"),
+        ({"ROS_IP": "localhost"}, "ROS_IP", "is not an IP address*"),
         (
-            {"ROS_HOSTNAME": "localhost", "ROS_MASTER_URI": f"http://{ELSEWHERE}:11311"},
+            {**LOCAL, "ROS_MASTER_URI": f"http://{ELSEWHERE}:11311"},
             "ROS_HOSTNAME",
-            "is for this machine alone, but the master is on another",
+            "is for this machine alone, but the master is on another*",
         ),
-        ({"ROS_MASTER_URI": "localhost:11311"}, "ROS_MASTER_URI", "is not http://HOST:PORT"),
         ({"ROS_MASTER_URI": "http://[:1"}, "ROS_MASTER_URI", "is not http://HOST:PORT"),
-        ({"ROS_VERSION": "2", "ROS_DISTRO": "jazzy"}, "ROS", "ROS 2 is sourced"),
+        ({"ROS_VERSION": "2", "ROS_DISTRO": "jazzy"}, "ROS", "ROS 2 is sourced*"),
     ],
 )
 def test_wrong_variables(variables, subject, text):
-    found, remedy = fault(subject, **{"ROS_HOSTNAME": "", **variables})
-    assert found.startswith(text)
-    assert "localhost" in remedy or subject == "ROS"
+    remedy = "*" if subject == "ROS" else "*localhost*"
+    fault(subject, text, remedy, **{"ROS_HOSTNAME": "", **variables})
 
 
 def test_a_name_that_does_not_resolve():
@@ -343,24 +291,22 @@ socket.getaddrinfo = lambda *arguments, **keywords: time.sleep(3600)
 
 def test_masters():
     uri = f"http://localhost:{free_port()}"
-    lines, _ = examine(ROS_HOSTNAME="localhost", ROS_MASTER_URI=uri)
+    lines = note("master", "*", "*roscore*", **LOCAL, ROS_MASTER_URI=uri)
     assert lines["ROS_HOSTNAME"].level == "ok"
-    assert lines["master"].level == "note"
-    assert "roscore" in lines["master"].remedy
     with xmlrpc.server.SimpleXMLRPCServer(("localhost", 0), logRequests=False) as server:
         server.register_function(lambda caller: [1, "", 7], "getPid")
         uri = f"http://localhost:{server.server_address[1]}"
-        text, _ = fault("master", ROS_HOSTNAME="localhost", ROS_MASTER_URI=uri)  # not yet served
-        assert text == "what listens at ROS_MASTER_URI does not answer as a ROS master"
+        text = "what listens at ROS_MASTER_URI does not answer as a ROS master"
+        fault("master", text, "*", **LOCAL, ROS_MASTER_URI=uri)  # not yet served
         threading.Thread(target=server.serve_forever).start()
-        lines, _ = examine(ROS_HOSTNAME="localhost", ROS_MASTER_URI=uri)
+        lines, _ = examine(**LOCAL, ROS_MASTER_URI=uri)
         assert lines["master"] == ("ok", "answers at ROS_MASTER_URI", "")
         server.shutdown()
 
 
 def test_a_workspace_that_is_not_sourced():
     patch = "import sys, walker_sim; sys.modules['walker_sim.msg'] = sys.modules['rospy'] = None"
-    variables = {"ROS_DISTRO": "noetic", "ROS_HOSTNAME": "localhost", "ROS_PACKAGE_PATH": "/ws/src"}
+    variables = {"ROS_DISTRO": "noetic", **LOCAL, "ROS_PACKAGE_PATH": "/ws/src"}
     lines, _ = examine(1, patch=patch, **variables)
     assert "source devel/setup.bash" in lines["messages"].remedy
     assert (lines["rospy"].level, lines["messages"].level) == ("note", "FAULT")
@@ -372,20 +318,17 @@ def test_a_workspace_that_is_not_sourced():
 
 
 def test_limits():
-    text, remedy = fault("limits", limit=(resource.RLIMIT_NOFILE, 64))
-    assert text == "64 open files: a server accepts 32 connections"
-    assert remedy == "ulimit -n 1024"
+    text = "64 open files: a server accepts 32 connections"
+    fault("limits", text, "ulimit -n 1024", limit=(resource.RLIMIT_NOFILE, 64))
     patch = """
 import os
 def fail(name):
     raise OSError(38, "Function not implemented")
 os.memfd_create = fail
 """
-    lines, _ = examine(patch=patch)
-    assert lines["shared memory"].level == "note"
-    assert "Function not implemented" in lines["shared memory"].text
+    note("shared memory", "*Function not implemented*", "*", patch=patch)
 
 
 def test_an_examination_that_fails_is_a_fault():
     patch = "import platform; platform.libc_ver = lambda: 1 / 0"
-    assert fault("system", patch=patch)[0] == "ZeroDivisionError: division by zero"
+    fault("system", "ZeroDivisionError: division by zero", "*", patch=patch)

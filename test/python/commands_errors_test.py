@@ -1,4 +1,4 @@
-"""Invalid arguments give a one-line error, status 2, and no output."""
+"""Invalid arguments give a one-line error, status 2, and neither output nor files."""
 
 import pytest
 
@@ -33,6 +33,59 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("--transport ros --num-threads 2", "over ROS it is the server's parameter"),
     ("reuse_world=true --num-envs 2", "must be 1 with reuse_world=true"),
     ("--plot returns.xyz", "--plot returns.xyz: must end in ."),
+    ("--grid push_impulse", "push_impulse: must be NAME=FIRST:END:STEP or NAME=VALUE"),
+    ("--grid gravity=", "gravity=: must be NAME="),
+    ("--grid gravity=-9:-7", "gravity=-9:-7: must be NAME="),
+    ("--grid gravity=nan", "gravity=nan: must be NAME="),
+    ("--grid gravity=1,,2", "gravity=1,,2: must be NAME="),
+    ("--grid gravity=-7:-9:1", "gravity=-7:-9:1: must ascend from FIRST to END"),
+    ("--grid gravity=-9:-7:0", "with STEP above 0"),
+    ("--grid gravity=-9:-7:1e-99999999", "with STEP above 0"),
+    ("--grid gravity=-9:-7:1e-9", "must be at most 1000 values"),
+    ("--grid gravity=-11:-9:0.7", "whole steps from FIRST to END; END may be -9.6 or -8.9"),
+    (
+        "--grid gravity=0:1:0.3333333333333333",
+        "END may be 0.9999999999999999 or 1.3333333333333333",
+    ),
+    ("--grid gravity=-9:1e999:1", "must have numbers below 1.8e+308"),
+    ("--grid gravity=-9:1e99999999999999999999:1", "must have numbers below 1.8e+308"),
+    ("--grid gravity=-1e308:1e308:1e-300", "must be at most 1000 values"),
+    ("--grid gravity=-9:-7:1e-99999999999999999999", "with STEP above 0"),
+    ("--grid gravity=-9,-8,-9.0", "must have the value -9 once"),
+    (
+        "--grid action_delay=0.02,0.021",
+        "action_delay=0.021: must be another world than action_delay=0.02; delays and "
+        "intervals are rounded to steps of 0.02 s",
+    ),
+    ("--policy shipped --grid push_interval=0.1,0.107", "rounded to steps of 0.02 s"),
+    ("--world moon {gravity:-1.62}", "{gravity:-1.62}: must be another world than moon"),
+    ("--grid gravity=-1e999", "gravity = -.inf: must be finite, in [-30.0, 0.0]"),
+    ("--grid gravity=-9 --grid gravity=-8", "--grid gravity: given twice"),
+    ("--grid gravity=1 --grid dropout=0 --grid friction_scale=1", "at most 2 times"),
+    ("--grid gravity=-31:-29:1", "gravity = -31.0: must be in [-30.0, 0.0] m/s^2"),
+    ("--grid gravty=1", "world parameter gravty = 1.0: unknown"),
+    ("--grid stair_steps=1.5", "stair_steps = 1.5: must be a whole number"),
+    ("--grid obstacle_spacing=1,2", "obstacle_spacing"),
+    ("--grid push_impulse=10,61", "push_impulse = 61.0: must be in [0.0, 60.0] N s"),
+    ("--grid action_delay=0.001", "action_delay = 0.001 s: is shorter than half a step"),
+    ("--policy shipped --grid action_delay=0.001", "is shorter than half a step"),
+    ("--world moon moon", "--world moon: given twice"),
+    ("--world moon mars", "world mars, neither a preset nor a readable YAML file"),
+    ("--world moon mars --grid gravity=-9", "world mars, neither a preset"),
+    ("--world moon BipedalWalker-v9", "world BipedalWalker-v9, neither a preset nor"),
+    ("--grid gravity=-9:-1:1 --episodes 111112", "1,111,120 episodes"),
+    ("--grid gravity=-9 reuse_world=true", "reuse_world=true: must be false with several"),
+    ("--worst 1 reuse_world=true", "reuse_world=true: must be false with --worst"),
+    (f"--num-threads 1{18 * '0'}", "0: must be below 10^18"),
+    (f"--episodes {'9' * 5000}", "9: must be below 10^18"),
+    (f"--seeds 0:{'9' * 5000}", "9: must be ascending, with seeds from 0 to 2^64 - 1"),
+    ("--episodes 1000001", "--episodes: 1000001: must be at most 1000000 episodes"),
+    ("--worst 0", "--worst: 0: must be a whole number above 0"),
+    ("--grid gravity=-9 --plot grid.xyz", "--plot grid.xyz: must end in ."),
+    (
+        "--grid gravity=-9.99:0:0.01 --grid dropout=0.001:1:0.001 --episodes 1",
+        "1,000,001 episodes, 1 in each world",
+    ),
     *(
         (
             f"--policy {policy} --normalization my.pkl",
@@ -71,17 +124,32 @@ ERRORS = [
     ("play --policy smoke", "--policy smoke: must be heuristic"),
     ("play width=0", "width = 0: must be"),
     ("play zoom=2", "zoom"),
+    (
+        "evaluate Hopper-v5 --policy shipped --world {action_delay:0.001}",
+        "shorter than half a step",
+    ),
+    *(
+        (f"{words} Hopper-v5 --world {world}", message)
+        for words in ("evaluate", "play", "record --output a.npz")
+        for world, message in (
+            ("mon", "neither a preset nor a readable YAML file: unknown; did you mean moon?"),
+            ("hard", "stump_height = [0.95, 1.4]: must be in [0.02, 1.0] m"),
+            ("{push_impulse:1}", "world parameter push_impulse = 1.0: has no effect without"),
+        )
+    ),
+    ("record --check a.npz --world moon", "not allowed with world"),
+    *((f"{name} Hopper-v5 --world moon", "--world") for name in ("bench", "hash", "convert")),
+    ("worlds moon", "ID = moon: must be one of"),
+    (f"evaluate {WALKER} --transport ros", "http://localhost:1"),
+    ("doctor all", "unrecognized arguments: all"),
 ]
 
 
 @pytest.mark.parametrize(("line", "message"), ERRORS)
-def test_one_line_names_invalid_argument(command, line, message):
+def test_one_line_names_invalid_argument(command, line, message, monkeypatch, tmp_path):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")  # no master is there
+    monkeypatch.chdir(tmp_path)
     ended = command(*line.split(), status=2)
     assert ended.out == ""
     assert message in ended.err
-
-
-def test_error_names_missing_master(command, monkeypatch):
-    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
-    error = command("evaluate", WALKER, "--transport", "ros", status=2).err
-    assert "http://localhost:1" in error
+    assert [*tmp_path.iterdir()] == []

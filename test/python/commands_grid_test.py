@@ -8,7 +8,7 @@ import shlex
 import numpy as np
 import pytest
 from walker_sim import episode_player, worlds
-from walker_sim.commands import grid, options, results
+from walker_sim.commands import grid, results
 from walker_sim.commands.policies import shipped_policy
 from walkers import returns_of
 
@@ -232,71 +232,6 @@ def test_one_seed_has_no_intervals(evaluate):
     assert out.splitlines()[4].split()[2] == "-"
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("--grid push_impulse", "push_impulse: must be NAME=FIRST:END:STEP or NAME=VALUE"),
-        ("--grid gravity=", "gravity=: must be NAME="),
-        ("--grid gravity=-9:-7", "gravity=-9:-7: must be NAME="),
-        ("--grid gravity=nan", "gravity=nan: must be NAME="),
-        ("--grid gravity=1,,2", "gravity=1,,2: must be NAME="),
-        ("--grid gravity=-7:-9:1", "gravity=-7:-9:1: must ascend from FIRST to END"),
-        ("--grid gravity=-9:-7:0", "with STEP above 0"),
-        ("--grid gravity=-9:-7:1e-99999999", "with STEP above 0"),
-        ("--grid gravity=-9:-7:1e-9", "must be at most 1000 values"),
-        ("--grid gravity=-11:-9:0.7", "whole steps from FIRST to END; END may be -9.6 or -8.9"),
-        (
-            "--grid gravity=0:1:0.3333333333333333",
-            "END may be 0.9999999999999999 or 1.3333333333333333",
-        ),
-        ("--grid gravity=-9:1e999:1", "must have numbers below 1.8e+308"),
-        ("--grid gravity=-9:1e99999999999999999999:1", "must have numbers below 1.8e+308"),
-        ("--grid gravity=-1e308:1e308:1e-300", "must be at most 1000 values"),
-        ("--grid gravity=-9:-7:1e-99999999999999999999", "with STEP above 0"),
-        ("--grid gravity=-9,-8,-9.0", "must have the value -9 once"),
-        (
-            "--grid action_delay=0.02,0.021",
-            "action_delay=0.021: must be another world than action_delay=0.02; delays and "
-            "intervals are rounded to steps of 0.02 s",
-        ),
-        ("--policy shipped --grid push_interval=0.1,0.107", "rounded to steps of 0.02 s"),
-        ("--world moon {gravity:-1.62}", "{gravity:-1.62}: must be another world than moon"),
-        ("--grid gravity=-1e999", "gravity = -.inf: must be finite, in [-30.0, 0.0]"),
-        ("--grid gravity=-9 --grid gravity=-8", "--grid gravity: given twice"),
-        ("--grid gravity=1 --grid dropout=0 --grid friction_scale=1", "at most 2 times"),
-        ("--grid gravity=-31:-29:1", "gravity = -31.0: must be in [-30.0, 0.0] m/s^2"),
-        ("--grid gravty=1", "world parameter gravty = 1.0: unknown"),
-        ("--grid stair_steps=1.5", "stair_steps = 1.5: must be a whole number"),
-        ("--grid obstacle_spacing=1,2", "obstacle_spacing"),
-        ("--grid push_impulse=10,61", "push_impulse = 61.0: must be in [0.0, 60.0] N s"),
-        ("--grid action_delay=0.001", "action_delay = 0.001 s: is shorter than half a step"),
-        ("--policy shipped --grid action_delay=0.001", "is shorter than half a step"),
-        ("--world moon moon", "--world moon: given twice"),
-        ("--world moon mars", "world mars, neither a preset nor a readable YAML file"),
-        ("--world moon mars --grid gravity=-9", "world mars, neither a preset"),
-        ("--world moon BipedalWalker-v9", "world BipedalWalker-v9, neither a preset nor"),
-        ("--grid gravity=-9:-1:1 --episodes 111112", "1,111,120 episodes"),
-        ("--grid gravity=-9 reuse_world=true", "reuse_world=true: must be false with several"),
-        ("--worst 1 reuse_world=true", "reuse_world=true: must be false with --worst"),
-        (f"--num-threads 1{18 * '0'}", "0: must be below 10^18"),
-        (f"--episodes {'9' * 5000}", "9: must be below 10^18"),
-        (f"--seeds 0:{'9' * 5000}", "9: must be ascending, with seeds from 0 to 2^64 - 1"),
-        ("--episodes 1000001", "--episodes: 1000001: must be at most 1000000 episodes"),
-        ("--worst 0", "--worst: 0: must be a whole number above 0"),
-        ("--grid gravity=-9 --plot grid.xyz", "--plot grid.xyz: must end in ."),
-    ],
-)
-def test_one_line_names_what_is_wrong(command, words, message):
-    ended = command("evaluate", "BipedalWalker-v3", *words.split(), status=2)
-    assert ended.out == ""
-    assert message in ended.err
-
-
-def test_a_delay_that_is_too_short_is_the_worlds_fault(command):
-    given = ["--policy", "shipped", "--world", "{action_delay: 0.001}"]
-    assert "is shorter than half a step" in command("evaluate", "Hopper-v5", *given, status=2).err
-
-
 def test_pushes_are_added_only_where_they_are_missing():
     axes = [grid.axis("push_impulse=5")]
 
@@ -311,9 +246,3 @@ def test_pushes_are_added_only_where_they_are_missing():
     assert intervals("pushed") == ([(1, 3)], "")
     axes.append(grid.axis("push_interval=4"))
     assert intervals() == ([(4, 4)], "")
-
-
-def test_number_of_episodes_is_limited():
-    with pytest.raises(options.InputError, match="1,000,001 episodes, 1 in each world"):
-        axes = [grid.Axis(name, (0.0,) * 1000) for name in ("gravity", "dropout")]
-        grid.make_grid("Hopper-v5", [], axes, 1)

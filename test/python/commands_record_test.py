@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
 from gymnasium_reference import equal_bits
+from walker_sim import _core
+from walkers import make_ours
 
+WORLD = "{gravity: [-12, -8], push_interval: [1, 2], action_delay: 0.02}"
 NUMBERS = ("observations", "actions", "rewards", "terminated", "truncated", "infos")
 
 
@@ -64,14 +67,24 @@ def test_file_does_not_depend_on_num_envs(record):
         ["BipedalWalkerHardcore-v3", "--episodes", "4"],
         ["BipedalWalker-v3", "reuse_world=true", "--seeds", "1,3"],
         ["Walker2d-v5", "--policy", "random", "healthy_z_range=[0.5, .inf]"],
+        ["BipedalWalker-v3", "--world", "hard", "--episodes", 4],
+        ["BipedalWalker-v3", "--world", WORLD, "--episodes", 4],
+        ["Walker2d-v5", "--policy", "random", "--world", "noisy", "--episodes", 4],
+        ["Hopper-v4", "--world", "{gravity: [-12, -8], dropout: 0.5}", "--episodes", 6],
     ],
 )
 def test_check_repeats_every_episode(record, command, arguments):
     recorded, file = record(*arguments)
     count, steps = len(recorded["seeds"]), len(recorded["actions"])
-    out = command("record", "--check", file).out
-    assert out.count("  equal\n") == count
-    assert out.endswith(f"{count} of {count} episodes equal to the bit ({steps:,} steps)\n")
+    for num_envs in (1, 1 if "reuse_world=true" in arguments else 3):
+        out = command("record", "--check", file, "--num-envs", num_envs).out
+        assert out.count("  equal\n") == count
+        assert out.endswith(f"{count} of {count} episodes equal to the bit ({steps:,} steps)\n")
+    world = arguments[arguments.index("--world") + 1] if "--world" in arguments else None
+    env = make_ours(arguments[0], world=world)
+    for seed, text in zip(recorded["seeds"].tolist(), recorded["worlds"].tolist()):
+        drawn = {name: low for name, (low, _) in _core.load_world(text or "{}").items()}
+        assert env.reset(seed=seed)[1].get("world", {}) == drawn
 
 
 @pytest.mark.parametrize("name", NUMBERS)

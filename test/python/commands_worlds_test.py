@@ -75,27 +75,6 @@ def test_without_a_world_the_files_have_none(evaluate, tmp_path):
     assert again["outcomes"] == fields["outcomes"]
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["BipedalWalker-v3", "--world", "hard", "--episodes", 4],
-        ["BipedalWalker-v3", "--world", WORLD, "--episodes", 4],
-        ["Walker2d-v5", "--policy", "random", "--world", "noisy", "--episodes", 4],
-        ["Hopper-v4", "--world", "{gravity: [-12, -8], dropout: 0.5}", "--episodes", 6],
-    ],
-)
-def test_check_repeats_a_record(record, command, arguments):
-    recorded, file = record(*arguments)
-    env = make_ours(arguments[0], world=arguments[arguments.index("--world") + 1])
-    for seed, text in zip(recorded["seeds"].tolist(), recorded["worlds"].tolist()):
-        drawn = {name: low for name, (low, _) in _core.load_world(text).items()}
-        assert env.reset(seed=seed)[1]["world"] == drawn
-    count = len(recorded["seeds"])
-    for num_envs in (1, 3):
-        out = command("record", "--check", file, "--num-envs", num_envs).out
-        assert f"{count} of {count} episodes equal to the bit" in out
-
-
 def test_a_record_without_worlds(record, command):
     """Gymnasium's world, and a file that was written before there were worlds."""
     recorded, file = record("Hopper-v5", "--episodes", 2)
@@ -105,54 +84,12 @@ def test_a_record_without_worlds(record, command):
     assert "2 of 2 episodes equal to the bit" in command("record", "--check", file).out
 
 
-@pytest.mark.parametrize(
-    ("world", "message"),
-    [
-        ("{gravity: -1000}", "gravity = -1000.0: must be in [-50.0, 0.0] m/s^2"),
-        ("{gravity", "must be NAME: NUMBER or NAME: [LOW, HIGH]"),
-        ("moon", "world of the recording: moon: must be NAME: NUMBER or NAME: [LOW, HIGH]"),
-        ("/dev/stdin", "world of the recording: /dev/stdin: must be NAME: NUMBER"),  # not read
-        ("{hip_speed: 1}", "cannot be applied by Hopper-v5"),
-    ],
-)
-def test_a_record_with_a_damaged_world(record, command, world, message):
-    recorded, file = record("Hopper-v5", "--episodes", 2)
-    np.savez(file, **{**recorded, "worlds": np.array(["", world])})
-    err = command("record", "--check", file, status=2).err
-    assert str(file) in err and message in err
-    np.savez(file, **{**recorded, "worlds": np.array([world])})
-    assert "worlds has 1 rows; must have 2" in command("record", "--check", file, status=2).err
-
-
 def test_another_world_differs(record, command):
     recorded, file = record("Hopper-v5", "--episodes", 2, "--world", "moon")
     recorded["worlds"][1] = ""
     np.savez(file, **recorded)
     out = command("record", "--check", file, status=1).out
     assert "1 of 2 episodes equal" in out and "differs at step 1: " in out
-
-
-@pytest.mark.parametrize("name", ["evaluate", "play", "record"])
-def test_refused_worlds(command, name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    beside = ["--output", "a.npz"] if name == "record" else []
-    for world, message in (
-        ("mon", "neither a preset nor a readable YAML file: unknown; did you mean moon?"),
-        ("{hip_speed: 3}", "cannot be applied by Hopper-v5; BipedalWalker-v3 has it"),
-        ("hard", "stump_height = [0.95, 1.4]: must be in [0.02, 1.0] m"),
-        ("{gravity: [-1, -2]}", "must be a number, or a range [low, high] with low <= high"),
-        ("{push_impulse: 1}", "world parameter push_impulse = 1.0: has no effect without"),
-    ):
-        assert message in command(name, "Hopper-v5", "--world", world, *beside, status=2).err
-    assert [*tmp_path.iterdir()] == []
-
-
-def test_not_beside_check_and_not_of_other_commands(command, tmp_path):
-    err = command("record", "--check", tmp_path / "a.npz", "--world", "moon", status=2).err
-    assert "not allowed with world" in err
-    for name in ("bench", "hash", "convert"):
-        assert "--world" in command(name, "Hopper-v5", "--world", "moon", status=2).err
-    assert "ID = moon: must be one of" in command("worlds", "moon", status=2).err
 
 
 def test_a_file_of_the_user(evaluate, tmp_path, monkeypatch):
