@@ -17,6 +17,7 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("--policy no_such:walk", "--policy no_such:walk: No module named 'no_such'"),
     ("--policy math:walk", "--policy math:walk: module 'math' has no attribute"),
     ("--policy math:pi", "--policy math:pi: must be a function or a class"),
+    ("--policy none.safetensors", "--policy none.safetensors: it cannot be read as a file"),
     ("--policy no_such.zip", "--policy no_such.zip: not a model saved by Sta"),
     ("--seeds 5:5", "--seeds: 5:5: must be ascending"),
     ("--seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),

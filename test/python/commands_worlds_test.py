@@ -92,13 +92,6 @@ def test_another_world_differs(record, command):
     assert "1 of 2 episodes equal" in out and "differs at step 1: " in out
 
 
-def test_a_file_of_the_user(evaluate, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.yaml").write_text("gravity: -5\n")
-    _, fields = evaluate("Hopper-v5", "--episodes", 2, "--world", "mine.yaml")
-    assert [outcome["world"] for outcome in fields["outcomes"]] == 2 * [{"gravity": -5}]
-
-
 def test_play_prints_what_was_drawn(command, pygame, monkeypatch):
     from walker_sim.commands.play import Viewer
 

@@ -56,6 +56,7 @@ def small_policy(activation, output):
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_shipped_policy_acts_equally_in_an_episode(env_id, tmp_path, command):
+    """And its ONNX file, which names the environment, gives the same policy file again."""
     out = tmp_path / "policy.onnx"
     said = command("convert", shipped_policy(env_id), out).out
     assert said.startswith(f"{out}: {read_policy(shipped_policy(env_id)).env_id}, ")
@@ -75,14 +76,21 @@ def test_shipped_policy_acts_equally_in_an_episode(env_id, tmp_path, command):
     expected = actions_of_file(shipped_policy(env_id), observations, len(actions[0]))
     assert np.abs(actions - expected).max() < TOLERANCE
     assert np.std(expected) > 0.1
+    words = ["convert", out, tmp_path / "again.safetensors"]
+    command(*words)
+    assert (tmp_path / "again.safetensors").read_bytes() == shipped_policy(env_id).read_bytes()
+    error = command(*words, "--normalization", "a.pkl", status=2).err
+    assert "--normalization a.pkl is not allowed" in error
 
 
 @pytest.mark.parametrize("output", ["clip", "tanh"])
 @pytest.mark.parametrize("activation", ["tanh", "relu"])
 def test_graph_computes_the_documented_formula(activation, output, tmp_path, command):
     policy = small_policy(activation, output)
-    write_policy(policy, tmp_path / "walker.safetensors")
-    command("convert", tmp_path / "walker.safetensors", tmp_path / "walker.onnx")
+    policy.parameters["frame_skip"] = "3"
+    files = [tmp_path / f"walker.{suffix}" for suffix in ("safetensors", "onnx")]
+    write_policy(policy, files[0])
+    command("convert", *files)
     observations = np.random.default_rng(1).normal(0, 20, (200, 17))
     values = (observations - policy.mean) / policy.deviation
     assert (np.abs(values) > 10).any()
@@ -95,19 +103,27 @@ def test_graph_computes_the_documented_formula(activation, output, tmp_path, com
     if output == "tanh":
         values = policy.low + (policy.high - policy.low) / 2 * (np.tanh(values) + 1)
     expected = values.clip(policy.low, policy.high)
-    session = session_of(tmp_path / "walker.onnx")
+    session = session_of(files[1])
     (found,) = session.run(None, {"observation": observations})
     assert found.shape == (200, 6)
     assert np.abs(found - expected).max() < TOLERANCE
     assert ((found >= policy.low) & (found <= policy.high)).all()
     (one,) = session.run(None, {"observation": observations[:1]})
     assert np.abs(one - expected[:1]).max() < TOLERANCE
+    command("convert", files[1], tmp_path / "again.safetensors")
+    assert (tmp_path / "again.safetensors").read_bytes() == files[0].read_bytes()
 
 
 def test_model_has_the_environments_type_and_the_policys_metadata(tmp_path, command):
-    policy = small_policy("tanh", "clip")
-    write_policy(policy, tmp_path / "walker.safetensors")
-    command("convert", tmp_path / "walker.safetensors", tmp_path / "walker.onnx")
+    write_policy(small_policy("tanh", "clip"), tmp_path / "walker.safetensors")
+    for policy, element, size in (
+        (shipped_policy("BipedalWalker-v3"), "float", 24),
+        (tmp_path / "walker.safetensors", "double", 17),
+    ):
+        command("convert", policy, tmp_path / "walker.onnx")
+        (entry,) = session_of(tmp_path / "walker.onnx").get_inputs()
+        form = (entry.name, entry.type, entry.shape)
+        assert form == ("observation", f"tensor({element})", ["n", size])
     model = onnx.load(tmp_path / "walker.onnx")
     onnx.checker.check_model(model, full_check=True)
     assert {each.key: each.value for each in model.metadata_props} == {
@@ -115,11 +131,6 @@ def test_model_has_the_environments_type_and_the_policys_metadata(tmp_path, comm
         "parameters": '{"ctrl_cost_weight": "0.5"}',
         "algorithm": "ppo",
     }
-    (entry,) = session_of(tmp_path / "walker.onnx").get_inputs()
-    assert (entry.name, entry.type, entry.shape) == ("observation", "tensor(double)", ["n", 17])
-    command("convert", shipped_policy("BipedalWalker-v3"), tmp_path / "other.onnx")
-    (entry,) = session_of(tmp_path / "other.onnx").get_inputs()
-    assert (entry.name, entry.type, entry.shape) == ("observation", "tensor(float)", ["n", 24])
     assert not [*tmp_path.glob("*.new")]
 
 
@@ -160,29 +171,6 @@ def test_error_names_invalid_argument(tmp_path, command):
 # ---------------------------------------------------------------- from ONNX
 
 
-@pytest.mark.parametrize("activation", ["tanh", "relu"])
-@pytest.mark.parametrize("output", ["clip", "tanh"])
-def test_round_trip_gives_the_same_file(activation, output, tmp_path, command):
-    policy = small_policy(activation, output)
-    policy.parameters["frame_skip"] = "3"
-    write_policy(policy, tmp_path / "walker.safetensors")
-    command("convert", tmp_path / "walker.safetensors", tmp_path / "walker.onnx")
-    command("convert", tmp_path / "walker.onnx", tmp_path / "again.safetensors")
-    again = (tmp_path / "again.safetensors").read_bytes()
-    assert again == (tmp_path / "walker.safetensors").read_bytes()
-
-
-@pytest.mark.parametrize("env_id", IDS)
-def test_round_trip_of_shipped_policy(env_id, tmp_path, command):
-    """Walker2d-v4's and v5's have equal sizes: the ONNX file names the environment."""
-    command("convert", shipped_policy(env_id), tmp_path / "walker.onnx")
-    words = ["convert", tmp_path / "walker.onnx", tmp_path / "again.safetensors"]
-    command(*words)
-    assert (tmp_path / "again.safetensors").read_bytes() == shipped_policy(env_id).read_bytes()
-    error = command(*words, "--normalization", "a.pkl", status=2).err
-    assert "--normalization a.pkl is not allowed" in error
-
-
 class Model:
     """ONNX model of a network of two layers with tanh, as an exporter writes it."""
 
@@ -218,9 +206,18 @@ class Model:
         onnx.save(helper.make_model(graph, opset_imports=opsets, ir_version=8), path)
         return path
 
-    def act(self, observations):
+    def values(self, observations):
+        """Returns what the last layer gives."""
         hidden = np.tanh(observations @ self.arrays["w0"] + self.arrays["b0"].ravel())
-        return (hidden @ self.arrays["w1"] + self.arrays["b1"].ravel()).clip(-1, 1)
+        return hidden @ self.arrays["w1"] + self.arrays["b1"].ravel()
+
+    def act(self, observations):
+        return self.values(observations).clip(-1, 1)
+
+
+def ending_in_tanh():
+    model = Model().add_layers(end="h2").add("Tanh", "h2", "y")
+    return model, lambda observations: np.tanh(model.values(observations))
 
 
 def as_skl2onnx(element):
@@ -293,13 +290,14 @@ def as_torch():
 @pytest.mark.parametrize(
     ("model", "act"),
     [
+        ending_in_tanh(),
         as_skl2onnx(TensorProto.FLOAT),
         as_skl2onnx(TensorProto.DOUBLE),
         as_sb3(),
         as_tf2onnx(),
         as_torch(),
     ],
-    ids=["skl2onnx", "skl2onnx in double", "sb3", "tf2onnx", "torch"],
+    ids=["Tanh", "skl2onnx", "skl2onnx in double", "sb3", "tf2onnx", "torch"],
 )
 @pytest.mark.parametrize("runtime", [True, False])
 def test_reads_what_exporters_write(model, act, runtime, tmp_path, command, monkeypatch):
