@@ -7,7 +7,9 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
-from walkers import play, returns_of
+from walker_sim.commands.episodes import play as episodes_of
+from walker_sim.in_process import InProcessWalkers
+from walkers import OVERFLOW, overflowing, play, returns_of
 
 FLAGS = {"True": True, "False": False}
 
@@ -68,6 +70,36 @@ def test_result_does_not_depend_on_num_envs_or_threads(tabulate, env_id, policy,
     ]
     assert found.count(found[0]) == 4
     assert len({row["return"] for row in found[0][1]}) == count
+
+
+def test_failures_are_episodes_whatever_the_num_envs(evaluate, tmp_path):
+    words = ["Walker2d-v5", f"xml_file={overflowing(tmp_path)['xml_file']}", "max_episode_steps=12"]
+    words += ["terminate_when_unhealthy=false", "reset_noise_scale=3.0"]
+    words += ["--policy", "random", "--episodes", 40]
+    found = [evaluate(*words, "--num-envs", num_envs) for num_envs in (1, 2, 5, 64)]
+    assert found.count(found[0]) == 4
+    outcomes = found[0][1]["outcomes"]
+    assert [outcome["seed"] for outcome in outcomes] == [*range(40)]
+    kinds = {(one["end"], one["error"][: len(OVERFLOW)], one["length"] > 0) for one in outcomes}
+    assert kinds == {
+        *(("failed", OVERFLOW, has_steps) for has_steps in (False, True)),
+        ("time limit", "", True),
+    }
+
+
+def test_idle_environments_get_zero_actions():
+    class Recording(InProcessWalkers):
+        def step(self, actions):
+            given.append(actions.any(axis=1).tolist())
+            return super().step(actions)
+
+    given, walkers = [], Recording("Walker2d-v5", {}, 3, 1, "next_step")
+    episodes = sorted(episodes_of(walkers, [3, 8], lambda seed: lambda _: np.full(6, seed / 10)))
+    lengths = [episode.length for episode in episodes]
+    assert len(given) == max(lengths) > min(lengths)
+    for environment, length in enumerate([*lengths, 0]):
+        acts = [step[environment] for step in given]
+        assert acts == [True] * length + [False] * (len(given) - length)
 
 
 def test_ends(tabulate):

@@ -126,33 +126,7 @@ def test_ppo_starts_from_a_policy(tmp_path):
     assert first.activation == shipped.activation
     for wrong, words in (
         ({"layers": [7, 7]}, r"layers = \[7, 7\]: must be "),
-        ({"activation": "relu"}, "activation = 'relu': must be 'tanh' as the policy to start from"),
         ({"num_envs": 4}, "num_envs = 4: must be at least 8, twice the number of ends"),
     ):
         with pytest.raises(ValueError, match=words):
             Training(ID, settings_from({**PPO, **wrong}), tmp_path)
-
-
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        (
-            "world: {action_delay: [0.001, 0.016]}\ncurriculum: {thresholds: [1, 2]}",
-            "world parameter action_delay = 0.001 s: is shorter than half a step",
-        ),
-        (
-            "world: {action_delay: 0.001}",
-            "world parameter action_delay = 0.001 s: is shorter than half a step",
-        ),
-        (
-            "world: {gravity: [-9, -5]}\ncurriculum: {thresholds: [1, 2]}\n"
-            "stages: [{world: {gravity: -5}}]",
-            "curriculum: world = {gravity: -5.0} has no range that grows",
-        ),
-    ],
-)
-def test_command_names_a_world_that_cannot_be_used(tmp_path, command, text, words):
-    settings = tmp_path / "mine.yaml"
-    settings.write_text(f"algorithm: es\n{text}\n")
-    error = command("train", ID, "--settings", settings, "--out", tmp_path / "run", status=2).err
-    assert words in error

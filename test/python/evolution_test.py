@@ -94,16 +94,11 @@ def test_policy_does_not_depend_on_threads_or_interruptions(tmp_path, changes):
     assert curves[0] == curves[1]
 
 
-GROWING_STAGE = {"steps": 2_000, "stages": [{"steps": 2_000, **GROWING}], "evaluate_every": 900}
-
-
-@pytest.mark.parametrize("changes", [GROWING_STAGE, {"algorithm": "cma", **GROWING_STAGE}])
-def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch, changes):
-    """SIGINT in any of the plays of updates, evaluations and trials leaves no trace."""
-    if changes.get("algorithm") == "cma":
-        pytest.importorskip("cma")
-        changes = {**changes, "learning_rate": [7e-4, 5e-5]}  # the default, which CMA has not
-    settings = settings_from({**SMALL, **changes})
+def check_interruptions(folder, monkeypatch, **changes):
+    """SIGINT in any of the plays of updates, evaluations and trials must leave no trace."""
+    stages = [{"steps": 2_000, **GROWING}]
+    settings = {**SMALL, "steps": 2_000, "stages": stages, "evaluate_every": 900, **changes}
+    settings = settings_from(settings)
     calls = []
 
     def play(*given, play=stage.play_jobs):
@@ -115,16 +110,19 @@ def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch, changes):
     monkeypatch.setattr(stage, "play_jobs", play)
     outcomes = []
     for cut in (False, True):
-        folder = tmp_path / str(cut)
         for index in (0, 1):
-            training = evolve(folder, settings, index)
+            training = evolve(folder / str(cut), settings, index)
             while not training.is_complete:
                 assert training.wants_to_stop and cut
-                training = evolve(folder, settings, index)
-        points = read_curve(folder / "curve.csv")
+                training = evolve(folder / str(cut), settings, index)
+        points = read_curve(folder / str(cut) / "curve.csv")
         curve = [(point.steps, point.evaluation_return, point.training_return) for point in points]
-        outcomes.append((str(curve), (folder / "policy.safetensors").read_bytes()))
+        outcomes.append((str(curve), (folder / str(cut) / "policy.safetensors").read_bytes()))
     assert outcomes[0] == outcomes[1]
+
+
+def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch):
+    check_interruptions(tmp_path, monkeypatch)
 
 
 def test_ctrl_c_ends_episodes_without_end(tmp_path):
@@ -472,19 +470,42 @@ def test_numbers_with_an_exponent_are_numbers(tmp_path):
         write_settings(settings, file)
 
 
+TOO_SHORT = "world parameter action_delay = 0.001 s: is shorter than half a step"
+
+
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("content", "words"),
     [
-        ("seed: 1\nsteps: 5\nseed: 2", "line 3: seed: must be given once"),
-        ("parameters: {a: 1, b: 2, a: 1}", "line 1: a: must be given once"),
-        ("changes:\n  1000: {gamma: 0.9}\n  1e3: {gamma: 0.8}", "line 3: 1000: must be given once"),
+        (b"seed: 1\nsteps: 5\nseed: 2", "mine.yaml: line 3: seed: must be given once"),
+        (b"parameters: {a: 1, b: 2, a: 1}", "mine.yaml: line 1: a: must be given once"),
+        (
+            b"changes:\n  1000: {gamma: 0.9}\n  1e3: {gamma: 0.8}",
+            "line 3: 1000: must be given once",
+        ),
+        (b"[" * 1000, "nested too deep"),
+        (b"parameters: " + b"{a: " * 1000 + b"1" + b"}" * 1000, "nested too deep"),
+        (b"steps: 2026-13-01", "month must be in 1..12"),
+        (b"algorithm: \xff", "'utf-8' codec can't decode"),
+        (b"steps: ]", "expected the node content"),
+        (b"parameters: {hardcore: " + b"[" * 50 + b"]" * 50 + b"}", "or a list of numbers"),
+        (b"algorithm: es\nworld: {action_delay: 0.001}", TOO_SHORT),
+        (
+            b"algorithm: es\nworld: {action_delay: [0.001, 0.016]}\n"
+            b"curriculum: {thresholds: [1, 2]}",
+            TOO_SHORT,
+        ),
+        (
+            b"algorithm: es\nworld: {gravity: [-9, -5]}\ncurriculum: {thresholds: [1, 2]}\n"
+            b"stages: [{world: {gravity: -5}}]",
+            "curriculum: world = {gravity: -5.0} has no range that grows",
+        ),
     ],
 )
-def test_a_key_that_is_given_twice_is_refused(tmp_path, text, words):
+def test_error_names_invalid_settings_file(tmp_path, command, content, words):
     file = tmp_path / "mine.yaml"
-    file.write_text(text)
-    with pytest.raises(SettingsError, match=re.escape(f"{file}: {words}")):
-        read_settings(file)
+    file.write_bytes(content)
+    error = command("train", ID, "--settings", file, "--out", tmp_path / "run", status=2).err
+    assert words in error
 
 
 def test_command_line_changes_a_training_with_stages(tmp_path, command):
