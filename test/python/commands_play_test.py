@@ -41,9 +41,14 @@ def make_viewer(clock, policy="zero", walker=WALKER, kind=InProcessWalkers, **pa
     return play.Viewer(play.Session(walkers, policies, SEEDS), draw, screen, Pace(DT, clock), clock)
 
 
-def press(pygame, viewer, *names):
+def post(pygame, *names):
     for name in names:
-        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=getattr(pygame, f"K_{name}")))
+        key = {} if name == "QUIT" else {"key": getattr(pygame, f"K_{name}")}
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN if key else pygame.QUIT, **key))
+
+
+def press(pygame, viewer, *names):
+    post(pygame, *names)
     viewer.handle_events()
 
 
@@ -178,10 +183,7 @@ def test_help(pygame, viewer):
 
 @pytest.mark.parametrize("name", ["q", "ESCAPE", "QUIT"])
 def test_quitting(pygame, viewer, name):
-    if name == "QUIT":
-        pygame.event.post(pygame.event.Event(pygame.QUIT))
-    else:
-        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=getattr(pygame, f"K_{name}")))
+    post(pygame, name)
     viewer.run()
     assert viewer.is_over
 

@@ -106,13 +106,6 @@ def test_interrupted_csv_has_whole_lines_of_ended_episodes(tmp_path, number, ear
     assert rows_of(whole) == sorted(kept[:20], key=lambda row: int(row["seed"]))
 
 
-def test_csv_replaces_a_longer_file(tmp_path):
-    path = tmp_path / "returns.csv"
-    path.write_text("something much longer\n" * 1000)
-    assert main(["evaluate", ID, "--seeds", "3,1,2", "--csv", str(path)]) == 0
-    assert [row["seed"] for row in rows_of(path)] == ["3", "1", "2"]
-
-
 @pytest.mark.parametrize(
     ("words", "name"),
     [

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 import walker_sim
 from walker_sim import _core
-from walker_sim.commands.policies import shipped_policy
+from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.errors import UnknownKeyword
+from walkers import play
 
 ID = "BipedalWalker-v3"
 
@@ -18,20 +19,6 @@ def changed(policy, by):
     return policy.with_parameters(parameters)
 
 
-def play(environment, seed, policy):
-    observation, _ = environment.reset(seed=seed)
-    action = np.empty(environment.action_space.shape)
-    episode_return, length, ended = 0.0, 0, False
-    while not ended:
-        policy.act(observation.astype(np.float64), action)
-        step = environment.step(action.astype(np.float32))
-        observation, reward, terminated, truncated, _ = step
-        episode_return += float(reward)
-        length += 1
-        ended = terminated or truncated
-    return episode_return, length, terminated, truncated
-
-
 @pytest.mark.parametrize("env_id", [ID, "Walker2d-v5"])
 def test_episodes_are_those_of_gymnasiums_interface(env_id):
     first = _core.Policy(str(shipped_policy(env_id)))
@@ -41,7 +28,8 @@ def test_episodes_are_those_of_gymnasiums_interface(env_id):
     assert found.returns.shape == (2, 2, 2)
     for place in np.ndindex(2, 2, 2):
         environment = gymnasium.make(f"walker_sim/{env_id}", world=worlds[place[1]])
-        expected = play(environment, [8, 3][place[2]], policies[place[0]])
+        policy = acting(policies[place[0]], policies[place[0]].action_size)
+        expected, _ = play(environment, [8, 3][place[2]], policy)
         assert tuple(array[place] for array in found[:4]) == expected
         assert (found.ends[place] == "time limit") == (not expected[2])
 

@@ -7,16 +7,14 @@ import re
 import gymnasium
 import numpy as np
 import pytest
-from bipedal_walker_reference import IDS as BIPEDAL_WALKERS
 from gymnasium_reference import equal_bits
-from mujoco_reference import IDS as MUJOCO_WALKERS
 from walker_sim import _core
-from walker_sim.commands.policies import shipped_policy
+from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.training.settings import read_settings
-from walkers import returns_of
+from walkers import ROBOTS, make_ours, play, returns_of
 
 ROOT = pathlib.Path(__file__).parents[2]
-IDS = (*BIPEDAL_WALKERS, *MUJOCO_WALKERS)
+IDS = _core.ids()
 SHIPPED = [(env_id, "shipped") for env_id in IDS]
 ROBUST = [("BipedalWalker-v3", "robust"), ("Walker2d-v5", "robust")]
 MIN_MEAN_RETURN = {
@@ -32,23 +30,9 @@ MIN_MEAN_RETURN = {
 MAX_SIZE = 1_000_000  # [bytes]
 
 
-def play(environment, env_id, seed):
-    """Plays with the shipped policy. Returns rows of observation, reward, terminated, truncated."""
+def shipped(env_id):
     policy = _core.Policy(str(shipped_policy(env_id)))
-    action = np.empty(environment.action_space.shape)
-    observation, _ = environment.reset(seed=seed)
-    rows = [[*observation, 0, 0, 0]]
-    ended = False
-    while not ended:
-        policy.act(observation.astype(np.float64), action)
-        observation, reward, terminated, truncated, _ = environment.step(action.astype(np.float32))
-        rows.append([*observation, reward, terminated, truncated])
-        ended = terminated or truncated
-    return np.array(rows, np.float64)
-
-
-def test_every_environment_has_a_policy():
-    assert sorted(IDS) == sorted(_core.ids())
+    return acting(policy, policy.action_size)
 
 
 @pytest.mark.parametrize(("env_id", "kind"), SHIPPED + ROBUST)
@@ -73,9 +57,8 @@ def test_file_is_small_and_names_its_settings(env_id, kind):
 def test_batches_and_single_rows_give_the_same_bits(env_id):
     """Also from two concurrent threads."""
     policy = _core.Policy(str(shipped_policy(env_id)))
-    size = policy.observation_size, policy.action_size
-    observations = np.random.default_rng(0).normal(0, 2, (101, size[0]))
-    alone = np.empty((len(observations), size[1]))
+    observations = np.random.default_rng(0).normal(0, 2, (101, policy.observation_size))
+    alone = np.empty((len(observations), policy.action_size))
     for observation, action in zip(observations, alone):
         policy.act(observation, action)
 
@@ -89,20 +72,28 @@ def test_batches_and_single_rows_give_the_same_bits(env_id):
     assert equal_bits(alone, alone.astype(np.float32).astype(np.float64))
 
 
-@pytest.mark.parametrize("env_id", BIPEDAL_WALKERS)
+@pytest.mark.parametrize("env_id", sorted({*IDS} - {*ROBOTS}))
 def test_episodes_equal_gymnasiums_to_the_bit(env_id):
+    pair, policy = (make_ours(env_id), gymnasium.make(env_id)), shipped(env_id)
     for seed in (1_000_000, 7):
-        rows = play(gymnasium.make(f"walker_sim/{env_id}"), env_id, seed)
-        assert equal_bits(rows, play(gymnasium.make(env_id), env_id, seed))
+        observations = [environment.reset(seed=seed)[0] for environment in pair]
+        outcomes = [(0.0, False, False)]
+        while not any(outcomes[0][1:]):
+            action = policy(observations[0]).astype(np.float32)
+            steps = [environment.step(action) for environment in pair]
+            observations, outcomes = zip(*((step[0], step[1:4]) for step in steps))
+            assert equal_bits(*observations)
+            assert equal_bits(*outcomes)
 
 
 @pytest.mark.parametrize("env_id", ["Walker2d-v4", "Walker2d-v5"])
 def test_mean_return_equals_another_mujocos(env_id):
     """Compares the mean return, because whole episodes diverge."""
-    means = []
-    for name in (f"walker_sim/{env_id}", env_id):
-        rows = [play(gymnasium.make(name), env_id, seed) for seed in range(1_000_000, 1_000_010)]
-        means.append(np.mean([episode[:, -3].sum() for episode in rows]))
+    seeds = range(1_000_000, 1_000_010)
+    means = [
+        np.mean([play(environment, seed, shipped(env_id))[0][0] for seed in seeds])
+        for environment in (make_ours(env_id), gymnasium.make(env_id))
+    ]
     assert means[0] == pytest.approx(means[1], rel=0.05)
 
 
