@@ -113,13 +113,10 @@ def test_error_names_a_model_that_cannot_be_loaded(tmp_path, monkeypatch, module
         policies(str(tmp_path / "model.zip"))
 
 
-def test_shipped_network_acts():
-    shipped = policies("shipped")(0)(OBSERVATION)
-    file = policies(str(shipped_policy(ID)))(1)(OBSERVATION)
-    assert shipped.shape == (4,)
-    assert (abs(shipped) <= 1).all()
-    assert (shipped == file).all()
-    assert (shipped == shipped.astype(np.float32)).all()
+def test_shipped_network_is_that_of_its_file():
+    shipped, file = policies("shipped")(0), policies(str(shipped_policy(ID)))(1)
+    assert (shipped(OBSERVATION) == file(OBSERVATION)).all()
+    assert abs(shipped(OBSERVATION)).max() > 0
 
 
 def test_rejects_network_of_another_robot():

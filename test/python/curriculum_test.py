@@ -113,20 +113,26 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, given):
     assert state["moves"] == [4, 4, 4, 4]
 
 
-def test_ppo_starts_from_a_policy(tmp_path):
+@pytest.mark.parametrize(("kind", "given"), [(Evolution, ES), (Training, PPO)], ids=["es", "ppo"])
+def test_starts_from_the_shipped_policy(tmp_path, kind, given):
     shipped = read_policy(shipped_policy(ID))
-    settings = settings_from(PPO)
-    training = Training(ID, settings, tmp_path, num_threads=1)
-    first = training.policy()
-    training.close()
-    for one, other in zip(first.layers, shipped.layers):
-        assert all(map(np.array_equal, one, other))
-    assert np.array_equal(first.mean, shipped.mean)
-    assert np.allclose(first.deviation, shipped.deviation, rtol=1e-12)
-    assert first.activation == shipped.activation
-    for wrong, words in (
+    for layers in (None, [len(bias) for _, bias in shipped.layers[:-1]]):
+        training = kind(ID, settings_from({**given, "layers": layers}), tmp_path, num_threads=1)
+        first = training.policy()
+        training.close()
+        for one, other in zip(first.layers, shipped.layers):
+            assert all(map(np.array_equal, one, other))
+        assert np.array_equal(first.mean, shipped.mean)
+        assert np.allclose(first.deviation, shipped.deviation, rtol=1e-12)
+        assert first.activation == shipped.activation
+    wrong_settings = [
         ({"layers": [7, 7]}, r"layers = \[7, 7\]: must be "),
-        ({"num_envs": 4}, "num_envs = 4: must be at least 8, twice the number of ends"),
-    ):
+        ({"activation": "relu"}, "activation = 'relu': must be 'tanh' as the policy to start from"),
+    ]
+    if kind is Training:
+        wrong_settings.append(
+            ({"num_envs": 4}, "num_envs = 4: must be at least 8, twice the number")
+        )
+    for wrong, words in wrong_settings:
         with pytest.raises(ValueError, match=words):
-            Training(ID, settings_from({**PPO, **wrong}), tmp_path)
+            kind(ID, settings_from({**given, **wrong}), tmp_path)

@@ -68,37 +68,10 @@ GROWING = {
 }
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"evaluate_every": 1_500, "episodes": 3},  # about as often as updates
-        {"average_updates": 3, "stages": [{"start_weight": 0.25, "steps": 10_000, **GROWING}]},
-        {"stages": [{**STAGES[0], "max_difference": 30.0}]},
-    ],
-    ids=["", "averaged", "own"],
-)
-def test_policy_does_not_depend_on_threads_or_interruptions(tmp_path, changes):
-    settings = settings_from({**SMALL, **changes})
-    last = settings.num_stages - 1
-    policies, curves = [], []
-    for name, num_threads, ends in (("one", 1, [None]), ("two", 2, [3_000, 7_000, None])):
-        for index in range(last):
-            evolve(tmp_path / name, settings, index)
-        for end in ends:
-            training = evolve(tmp_path / name, settings, last, num_threads, stops_after=end)
-            assert training.is_done == (end is None)
-        policies.append(to_bytes(training.policy()))
-        points = read_curve(tmp_path / name / "curve.csv")
-        curves.append([(point.steps, point.evaluation_return) for point in points])
-    assert policies[0] == policies[1]
-    assert curves[0] == curves[1]
-
-
 def check_interruptions(folder, monkeypatch, **changes):
-    """SIGINT in any of the plays of updates, evaluations and trials must leave no trace."""
-    stages = [{"steps": 2_000, **GROWING}]
-    settings = {**SMALL, "steps": 2_000, "stages": stages, "evaluate_every": 900, **changes}
-    settings = settings_from(settings)
+    """SIGINT in any of the plays of updates, evaluations and trials must leave no trace, nor may
+    another number of threads."""
+    settings = settings_from({**SMALL, "steps": 2_000, "evaluate_every": 900, **changes})
     calls = []
 
     def play(*given, play=stage.play_jobs):
@@ -110,19 +83,30 @@ def check_interruptions(folder, monkeypatch, **changes):
     monkeypatch.setattr(stage, "play_jobs", play)
     outcomes = []
     for cut in (False, True):
-        for index in (0, 1):
-            training = evolve(folder / str(cut), settings, index)
+        for index in range(settings.num_stages):
+            training = evolve(folder / str(cut), settings, index, 1 + cut)
             while not training.is_complete:
                 assert training.wants_to_stop and cut
-                training = evolve(folder / str(cut), settings, index)
+                training = evolve(folder / str(cut), settings, index, 1 + cut)
         points = read_curve(folder / str(cut) / "curve.csv")
         curve = [(point.steps, point.evaluation_return, point.training_return) for point in points]
-        outcomes.append((str(curve), (folder / str(cut) / "policy.safetensors").read_bytes()))
+        kept = (folder / str(cut) / "policy.safetensors").read_bytes()
+        outcomes.append((str(curve), kept, to_bytes(training.policy())))
     assert outcomes[0] == outcomes[1]
 
 
-def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch):
-    check_interruptions(tmp_path, monkeypatch)
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"stages": [{"steps": 2_000, **GROWING}]},
+        {"evaluate_every": 150, "episodes": 3},  # about as often as updates
+        {"average_updates": 3, "stages": [{"start_weight": 0.25, "steps": 2_000, **GROWING}]},
+        {"stages": [{**STAGES[0], "steps": 2_000, "max_difference": 30.0}]},
+    ],
+    ids=["growing", "evaluated", "averaged", "own seeds"],
+)
+def test_interrupted_episodes_are_repeated(tmp_path, monkeypatch, changes):
+    check_interruptions(tmp_path, monkeypatch, **changes)
 
 
 def test_ctrl_c_ends_episodes_without_end(tmp_path):
@@ -315,21 +299,6 @@ def test_a_policy_is_partly_that_of_the_beginning(tmp_path):
     parameters = _core.Policy(str(tmp_path / "resumed.safetensors")).parameters
     assert not np.allclose(first, resumed._optimiser.mean)
     assert np.allclose(parameters, 0.25 * first + 0.75 * resumed._optimiser.mean)
-
-
-def test_starts_from_the_shipped_policy(tmp_path):
-    shipped = read_policy(shipped_policy(ID))
-    for layers in (None, [len(bias) for _, bias in shipped.layers[:-1]]):
-        settings = settings_from({**SMALL, "layers": layers, "start": "shipped"})
-        training = Evolution(ID, settings, tmp_path)
-        for one, other in zip(training.policy().layers, shipped.layers):
-            assert all(map(np.array_equal, one, other))
-    for wrong, words in (
-        ({"layers": [7, 7]}, r"layers = \[7, 7\]: must be "),
-        ({"layers": None, "activation": "relu"}, "activation = 'relu': must be 'tanh' as "),
-    ):
-        with pytest.raises(ValueError, match=words):
-            Evolution(ID, settings_from({**SMALL, **wrong, "start": "shipped"}), tmp_path)
 
 
 def test_starts_from_the_policy_of_another_environment(tmp_path):

@@ -43,10 +43,6 @@ def repeat(environment, seed, options, actions):
     return (np.array(observations), *map(np.array, zip(*outcomes)), infos)
 
 
-def columns(names, infos):
-    return {name: np.array([info.get(name, np.nan) for info in infos]) for name in names}
-
-
 @pytest.mark.parametrize(
     ("arguments", "size", "names"),
     [
@@ -87,8 +83,8 @@ def test_recovered_environment_repeats_the_episodes(record_dataset, arguments, s
         assert not (episode.terminations | episode.truncations)[:-1].any()
         assert (episode.terminations | episode.truncations)[-1]
         assert set(episode.infos) == names
-        for name, values in columns(names, infos).items():
-            assert equal_bits(episode.infos[name], values)
+        for name in names:
+            assert equal_bits(episode.infos[name], [info.get(name, np.nan) for info in infos])
         steps += len(episode)
     assert dataset.total_steps == steps
     environment.close()

@@ -13,7 +13,7 @@ from onnx import TensorProto, helper, numpy_helper
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training import onnx_file
-from walker_sim.training.policy_file import PolicyFile, read_policy, write_policy
+from walker_sim.training.policy_file import read_policy, write_policy
 
 IDS = _core.ids()
 ID = "Walker2d-v5"
@@ -30,26 +30,14 @@ def actions_of_file(path, observations, size):
     return actions
 
 
-def small_policy(activation, output):
-    random = np.random.default_rng(7)
-    sizes = [17, 20, 9, 6]
-    low = np.array([-1, -0.5, -1, -0.2, -1, -1], np.float32)
-    return PolicyFile(
-        env_id=ID,
+def changed_policy(activation, output):
+    return dataclasses.replace(
+        read_policy(shipped_policy(ID)),
         parameters={"ctrl_cost_weight": "0.5"},
         activation=activation,
         output=output,
-        mean=random.normal(size=17),
-        deviation=random.uniform(0.01, 3, 17),
-        low=low,
+        low=np.array([-1, -0.5, -1, -0.2, -1, -1], np.float32),
         high=np.array([1, 1, 0.3, 1, 1, 2], np.float32),
-        layers=[
-            (
-                random.normal(0, 0.5, (outputs, inputs)).astype(np.float32),
-                random.normal(0, 0.5, outputs).astype(np.float32),
-            )
-            for inputs, outputs in zip(sizes, sizes[1:])
-        ],
         notes={"algorithm": "ppo"},
     )
 
@@ -86,7 +74,7 @@ def test_shipped_policy_acts_equally_in_an_episode(env_id, tmp_path, command):
 @pytest.mark.parametrize("output", ["clip", "tanh"])
 @pytest.mark.parametrize("activation", ["tanh", "relu"])
 def test_graph_computes_the_documented_formula(activation, output, tmp_path, command):
-    policy = small_policy(activation, output)
+    policy = changed_policy(activation, output)
     policy.parameters["frame_skip"] = "3"
     files = [tmp_path / f"walker.{suffix}" for suffix in ("safetensors", "onnx")]
     write_policy(policy, files[0])
@@ -115,7 +103,7 @@ def test_graph_computes_the_documented_formula(activation, output, tmp_path, com
 
 
 def test_model_has_the_environments_type_and_the_policys_metadata(tmp_path, command):
-    write_policy(small_policy("tanh", "clip"), tmp_path / "walker.safetensors")
+    write_policy(changed_policy("tanh", "clip"), tmp_path / "walker.safetensors")
     for policy, element, size in (
         (shipped_policy("BipedalWalker-v3"), "float", 24),
         (tmp_path / "walker.safetensors", "double", 17),

@@ -1,6 +1,5 @@
 """train and convert with Stable-Baselines3: short trainings, and files with equal actions."""
 
-import csv
 import json
 import pathlib
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 import stable_baselines3
 import torch
-from evolution_test import check_interruptions
+from evolution_test import GROWING, check_interruptions
 from sb3_contrib import TQC, CrossQ, RecurrentPPO
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.policies import ActorCriticPolicy
@@ -17,6 +16,7 @@ from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.sb3 import VecEnv
 from walker_sim.training import ppo
+from walker_sim.training.curve import read_curve
 from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.models import load_sb3
@@ -60,11 +60,6 @@ def train(folder, settings, num_threads=1, **keywords):
     training.run()
     training.close()
     return training
-
-
-def curve(folder):
-    with (folder / "curve.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 # ---------------------------------------------------------------- settings
@@ -206,9 +201,9 @@ def test_evaluate_repeats_the_best_evaluation(tmp_path, command, evaluate, monke
     command(*given, "--num-threads", 1)
     names = {path.name for path in folder.iterdir()}
     assert names == {"policy.safetensors", "settings.yaml", "curve.csv", "curve.png", "checkpoint"}
-    points = curve(folder)
-    assert [int(point["steps"]) for point in points] == [1024, 2048]
-    best = max(float(point["evaluation_return"]) for point in points)
+    points = read_curve(folder / "curve.csv")
+    assert [point.steps for point in points] == [1024, 2048]
+    best = max(point.evaluation_return for point in points)
     policy = _core.Policy(str(folder / "policy.safetensors"))
     assert policy.notes["settings"] == read_settings(folder / "settings.yaml").hash()
     chosen = ["--seeds", "2000000:2000003", "max_episode_steps=50"]
@@ -259,8 +254,8 @@ def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
     second.run()
     second.close()
     assert second.is_done
-    assert int(curve(folder)[0]["steps"]) == 1024
-    assert len(curve(folder)) == 2
+    points = read_curve(folder / "curve.csv")
+    assert (points[0].steps, len(points)) == (1024, 2)
     with pytest.raises(OSError, match="checkpoint"):
         Training(ID, settings, tmp_path, num_threads=1).resume()
 
@@ -282,8 +277,9 @@ def test_cma_finds_a_gait(tmp_path):
 
 
 def test_cma_repeats_interrupted_episodes(tmp_path, monkeypatch):
+    changes = {"algorithm": "cma", "stages": [{"steps": 2_000, **GROWING}]}
     # The learning rate is the default, which CMA has not.
-    check_interruptions(tmp_path, monkeypatch, algorithm="cma", learning_rate=[7e-4, 5e-5])
+    check_interruptions(tmp_path, monkeypatch, learning_rate=[7e-4, 5e-5], **changes)
 
 
 def test_exploration_fades_linearly_and_changes_apply(tmp_path):
