@@ -8,6 +8,7 @@ import shlex
 import numpy as np
 import pytest
 from walker_sim import episode_player, worlds
+from walker_sim.commands import evaluate as evaluation
 from walker_sim.commands import grid, results
 from walker_sim.commands.policies import shipped_policy
 from walkers import returns_of
@@ -66,22 +67,19 @@ def test_every_cell_plays_the_same_seeds(evaluate):
 
 def test_table(evaluate):
     out, found = evaluate(*SHIPPED, *PUSHES, *DELAYS, "--episodes", 3, "--threshold", 300)
-    lines = out.splitlines()
-    assert lines[0] == "BipedalWalker-v3, policy shipped, 3 episodes in each of 7 worlds"
-    names = ["push_impulse [N s]", "action_delay [s]", "mean", "95 % interval", "fell", ">= 300"]
-    assert re.split("  +", lines[2].strip()) == [*names, "difference", "95 % interval"]
-    assert len({len(line) for line in lines[4:10]}) == 1
-    rows = [re.split("  +", line.strip()) for line in lines[3:10]]
-    assert rows[0][0] == "plain"
-    assert [row[:2] for row in rows[1:]] == [
-        [p, d] for p in ("0", "10", "20") for d in ("0", "0.02")
-    ]
-    for row, cell in zip(rows[1:], found["cells"]):
+    title, _, *lines = out.splitlines()[:10]
+    assert title == "BipedalWalker-v3, policy shipped, 3 episodes in each of 7 worlds"
+    names, plain, *rows = (re.split("  +", line.strip()) for line in lines)
+    assert names[:3] == ["push_impulse [N s]", "action_delay [s]", "mean"]
+    assert names[3:] == ["95 % interval", "fell", ">= 300", "difference", "95 % interval"]
+    assert len({len(line) for line in lines[2:]}) == 1
+    assert plain[0] == "plain"
+    pairs = [[push, delay] for push in ("0", "10", "20") for delay in ("0", "0.02")]
+    for row, pair, cell in zip(rows, pairs, found["cells"]):
         low, high = cell["interval"]
-        assert row[2:4] == [f"{cell['mean']:.1f}", f"{low:.1f} to {high:.1f}"]
-        assert row[4:7] == [f"{cell[n]:.1%}" for n in ("fell", "passes")] + [
-            f"{cell['difference']:+.1f}"
-        ]
+        shares = [f"{cell[name]:.1%}" for name in ("fell", "passes")]
+        numbers = [f"{cell['mean']:.1f}", f"{low:.1f} to {high:.1f}", *shares]
+        assert row[:7] == [*pair, *numbers, f"{cell['difference']:+.1f}"]
 
 
 def test_worlds_are_rows(evaluate):
@@ -106,7 +104,7 @@ def test_worlds_are_rows(evaluate):
 
 
 @pytest.mark.parametrize("policy", ["heuristic", "random", "shipped"])
-def test_threads_and_num_envs_change_nothing(evaluate, policy):
+def test_threads_num_envs_and_single_steps_change_nothing(evaluate, monkeypatch, policy):
     words = ["Walker2d-v5", "--policy", policy, *PUSHES, "--episodes", 5, "--worst", 2]
     first = evaluate(*words, "--num-envs", 1, "--num-threads", 1)
     assert evaluate(*words, "--num-envs", 7, "--num-threads", 3) == first
@@ -114,19 +112,9 @@ def test_threads_and_num_envs_change_nothing(evaluate, policy):
     assert returns_of(of_no_push) == returns_of(first[1]["plain"])
     if policy != "random":  # which falls before the first push
         assert returns_of(of_pushes) != returns_of(first[1]["plain"])
-
-
-def test_a_network_equals_the_same_network_step_by_step(evaluate, monkeypatch):
-    from walker_sim.commands import evaluate as module
-
-    words = ["Walker2d-v5", "--policy", "shipped", *PUSHES, "--episodes", 3]
-    found = evaluate(*words)
-    calls = []
-    stepped = module._stepped
-    monkeypatch.setattr(module, "_stepped", lambda *given: calls.append(1) or stepped(*given))
-    monkeypatch.setattr(module, "find_network", lambda *_: None)
-    assert evaluate(*words) == found
-    assert calls
+    monkeypatch.setattr(evaluation, "find_network", lambda *_: None)
+    monkeypatch.setattr(evaluation, "play_network", None)
+    assert evaluate(*words) == first
 
 
 def test_the_docs_show_the_output(command):

@@ -52,16 +52,6 @@ def test_class_is_instantiated_per_episode():
     assert other(OBSERVATION)[0] == np.float32(0.1)
 
 
-def test_random_depends_only_on_the_seed():
-    def draw(seed):
-        policy = policies("random")(seed)
-        return [policy(OBSERVATION).tolist() for _ in range(3)]
-
-    assert draw(1) == draw(1)
-    assert draw(1) != draw(2)
-    assert all(np.float32(value) == value for action in draw(1) for value in action)
-
-
 def raising(observation):
     return observation[100]
 

@@ -10,11 +10,10 @@ import sys
 import numpy as np
 import pytest
 from walker_sim import _core
-from walker_sim.commands.policies import shipped_policy
 from walker_sim.training import stage
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
-from walker_sim.training.policy_file import read_policy, to_bytes, write_policy
+from walker_sim.training.policy_file import to_bytes, write_policy
 from walker_sim.training.settings import (
     SettingsError,
     read_settings,
@@ -306,12 +305,6 @@ def test_starts_from_the_policy_of_another_environment(tmp_path):
     training = Evolution("Hopper-v4", settings, tmp_path)
     assert training.policy().env_id == "Hopper-v4"
     assert training.policy().notes["algorithm"] == "es"
-
-
-def test_files_are_read_as_they_were_written(tmp_path):
-    for env_id in _core.ids():
-        path = shipped_policy(env_id)
-        assert to_bytes(read_policy(path)) == path.read_bytes()
 
 
 # ---------------------------------------------------------------- the optimiser

@@ -95,16 +95,12 @@ def test_dataset_equals_the_file_and_describes_its_origin(record_dataset, record
     dataset = record_dataset("random-v3", *arguments)
     recorded, _ = record(*arguments, "--seeds", ",".join(map(str, SEEDS)))
     episodes = [*dataset.iterate_episodes()]
-    for name, key in (
-        ("observations", "observations"),
-        ("actions", "actions"),
-        ("rewards", "rewards"),
-        ("terminations", "terminated"),
-        ("truncations", "truncated"),
-    ):
+    keys = {"terminations": "terminated", "truncations": "truncated"}
+    for name in ("observations", "actions", "rewards", *keys):
         found = np.concatenate([getattr(episode, name) for episode in episodes])
-        assert found.dtype == recorded[key].dtype
-        assert equal_bits(found, recorded[key])
+        expected = recorded[keys.get(name, name)]
+        assert found.dtype == expected.dtype
+        assert equal_bits(found, expected)
     assert dataset.id == "random-v3"
     assert dataset.env_spec.id == "walker_sim/Walker2d-v5"
     assert dataset.spec.data_path == str(folder / "random-v3" / "data")

@@ -31,8 +31,11 @@ def actions_of_file(path, observations, size):
 
 
 def changed_policy(activation, output):
+    policy = read_policy(shipped_policy(ID))
+    *layers, (weight, bias) = policy.layers
     return dataclasses.replace(
-        read_policy(shipped_policy(ID)),
+        policy,
+        layers=[*layers, (weight / 4, bias / 4)],  # so that not all actions are clipped
         parameters={"ctrl_cost_weight": "0.5"},
         activation=activation,
         output=output,
