@@ -1,5 +1,6 @@
 """The commands as processes: signals, terminals, pipes, closed standard streams."""
 
+import contextlib
 import csv
 import errno
 import fcntl
@@ -203,14 +204,9 @@ def test_only_a_terminal_shows_a_progress_bar(on_terminal):
     process = subprocess.Popen([*COMMAND, *ZERO], stdout=subprocess.DEVNULL, stderr=theirs)
     os.close(theirs)
     shown = b""
-    while True:
-        try:
-            part = os.read(ours, 4096)
-        except OSError:  # the terminal's other end is closed
-            break
-        if not part:
-            break
-        shown += part
+    with contextlib.suppress(OSError):  # the terminal's other end is closed
+        while part := os.read(ours, 4096):
+            shown += part
     os.close(ours)
     assert process.wait(PATIENCE) == 0
     assert (b"0/3" in shown and b" episodes" in shown) == on_terminal

@@ -277,8 +277,7 @@ def test_a_linear_policy_continues_in_a_layer(tmp_path):
     evolve(tmp_path, settings_from(SMALL))
     linear = _core.Policy(str(tmp_path / "policy.safetensors"))
     following = Evolution(ID, settings_from({**SMALL, "stages": STAGES}), tmp_path, index=1)
-    write_policy(following.policy(), tmp_path / "layer.safetensors")
-    layer = _core.Policy(str(tmp_path / "layer.safetensors"))
+    layer = _core.Policy.from_bytes("layer", to_bytes(following.policy()))
     actions = np.empty((2, 3))
     for each, row in zip((linear, layer), actions):
         each.act(np.full(11, 0.1), row)
@@ -294,8 +293,7 @@ def test_a_policy_is_partly_that_of_the_beginning(tmp_path):
     write_policy(stopped.policy(), tmp_path / "policy.safetensors")  # as if it was the best so far
     resumed = Evolution(ID, settings, tmp_path, index=1)
     resumed.resume()
-    write_policy(resumed.policy(), tmp_path / "resumed.safetensors")
-    parameters = _core.Policy(str(tmp_path / "resumed.safetensors")).parameters
+    parameters = _core.Policy.from_bytes("resumed", to_bytes(resumed.policy())).parameters
     assert not np.allclose(first, resumed._optimiser.mean)
     assert np.allclose(parameters, 0.25 * first + 0.75 * resumed._optimiser.mean)
 

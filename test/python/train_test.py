@@ -8,6 +8,7 @@ import pytest
 import stable_baselines3
 import torch
 from evolution_test import GROWING, check_interruptions
+from evolution_test import SMALL as EVOLUTION
 from sb3_contrib import TQC, CrossQ, RecurrentPPO
 from stable_baselines3 import A2C, PPO, SAC, TD3
 from stable_baselines3.common.policies import ActorCriticPolicy
@@ -78,9 +79,6 @@ def test_shipped_settings_survive_writing(tmp_path):
         assert again.hash() == settings.hash()
         hashes.add(settings.hash())
     assert len(hashes) == len(files) - 1  # Hopper-v4's is v5's
-
-
-def test_every_setting_has_a_default():
     assert settings_from({}) == Settings()
 
 
@@ -256,30 +254,22 @@ def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
     assert second.is_done
     points = read_curve(folder / "curve.csv")
     assert (points[0].steps, len(points)) == (1024, 2)
-    with pytest.raises(OSError, match="checkpoint"):
-        Training(ID, settings, tmp_path, num_threads=1).resume()
+
+
+# The learning rate is the default, which CMA has not.
+CMA = {"algorithm": "cma", "learning_rate": [7e-4, 5e-5]}
 
 
 def test_cma_finds_a_gait(tmp_path):
-    given = {
-        "algorithm": "cma",
-        "layers": [],
-        "steps": 30_000,
-        "population": 10,
-        "sigma": [0.2, 0.2],
-        "evaluate_every": 12_000,
-        "evaluation_episodes": 3,
-        "parameters": {"max_episode_steps": 100},
-    }
+    given = {**EVOLUTION, **CMA, "steps": 30_000, "population": 10, "sigma": [0.2, 0.2]}
     training = Evolution("Hopper-v5", settings_from(given), tmp_path)
     training.run()
     assert training.points[-1].evaluation_return > 200  # standing has about 100
 
 
 def test_cma_repeats_interrupted_episodes(tmp_path, monkeypatch):
-    changes = {"algorithm": "cma", "stages": [{"steps": 2_000, **GROWING}]}
-    # The learning rate is the default, which CMA has not.
-    check_interruptions(tmp_path, monkeypatch, learning_rate=[7e-4, 5e-5], **changes)
+    stages = [{"steps": 2_000, **GROWING}]
+    check_interruptions(tmp_path, monkeypatch, stages=stages, **CMA)
 
 
 def test_exploration_fades_linearly_and_changes_apply(tmp_path):
