@@ -117,14 +117,6 @@ def test_error_names_invalid_checkpoint(tmp_path, command, content, words):
     assert words in error
 
 
-def test_changes_apply_from_their_step():
-    settings = small(gamma=0.9, changes={100: {"gamma": 0.95}, 200: {"least_reward": -1}})
-    found = [
-        (settings.at(steps).gamma, settings.at(steps).least_reward) for steps in (99, 100, 250)
-    ]
-    assert found == [(0.9, None), (0.95, None), (0.95, -1.0)]
-
-
 # ---------------------------------------------------------------- environments
 
 
@@ -273,19 +265,18 @@ def test_cma_repeats_interrupted_episodes(tmp_path, monkeypatch):
 
 
 def test_exploration_fades_linearly_and_changes_apply(tmp_path):
-    settings = small(log_std=[-0.5, -2.5], gamma=0.9, changes={1000: {"gamma": 0.95}})
-    seen = []
+    changes = {1024: {"gamma": 0.95}, 1536: {"least_reward": -1}}
+    settings = small(log_std=[-0.5, -2.5], gamma=0.9, changes=changes)
+    seen = {}
 
     def look(training, point):
-        if point is None:
+        if point is None:  # at the end of a rollout of 256 steps
             log_std = float(training.model.policy.log_std[0])
-            seen.append((training.steps, log_std, training.model.gamma))
+            seen[training.steps - 256] = training.model.gamma, training.walkers.venv.least_reward
+            assert log_std == pytest.approx(-0.5 - 2 * (training.steps - 256) / 2048)
 
     train(tmp_path / "run", settings, report=look)
-    for steps, log_std, gamma in seen:
-        begun = steps - 8 * 32
-        assert log_std == pytest.approx(-0.5 - 2 * begun / 2048)
-        assert gamma == (0.95 if begun >= 1000 else 0.9)
+    assert [seen[begun] for begun in (768, 1024, 1536)] == [(0.9, None), (0.95, None), (0.95, -1)]
 
 
 def test_policy_is_the_mean_of_the_last_networks(tmp_path):
