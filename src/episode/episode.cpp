@@ -126,7 +126,7 @@ void Episode::prepare_world(std::shared_ptr<const WorldValues> values) {
     values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
   }
   if (values && values->empty()) values = nullptr;
-  // First, as it may throw: until it has, the world before counts as the robot's.
+  // This may throw, so it comes first: nothing else has changed then.
   robot_->set_world(values ? *values : WorldValues{});
   effects_.reset();
   step_.push = {};

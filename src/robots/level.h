@@ -47,8 +47,8 @@ struct Stairs {
   }
 };
 
-/// A world's level. Obstacles of an episode have equal sizes. Any kind of obstacle that is given
-/// replaces hardcore's.
+/// A world's level. Obstacles of an episode have equal sizes. If the level has any obstacle,
+/// hardcore's own obstacles are not made.
 struct Level {
   double ground_roughness = 1;             ///< factor of the slopes of Gymnasium's grass
   std::optional<double> obstacle_spacing;  ///< grass between obstacles [m]; absent: drawn
@@ -67,7 +67,7 @@ struct Level {
   friend bool operator!=(const Level& a, const Level& b) { return !(a == b); }
 };
 
-/// Sizes of one robot's courses, and of the obstacles of which a world names only other sizes.
+/// Sizes of one robot's course, and defaults for the obstacle sizes that a world does not set.
 struct CourseSize {
   int num_columns;
   double column;        ///< width of a column [m]

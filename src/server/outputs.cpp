@@ -245,8 +245,8 @@ std::optional<ros::Time> Outputs::measured_at() const {
   return shown_.measured_step() == observed_step_ ? observed_at_ : std::nullopt;
 }
 
-/// The message is shared, for which roscpp wakes no thread of its own unless there is a subscriber:
-/// that thread would take a core from a client that steps without a pause.
+/// Publishes the message as a shared_ptr: without a subscriber roscpp then wakes no thread. Such a
+/// thread would take a core from a client that steps without a pause.
 void Outputs::publish_episode() {
   if (episode_publisher_.getNumSubscribers() > 0) clock_.publish();
   const auto message = boost::make_shared<walker_sim::Episode>();

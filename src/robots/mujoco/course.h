@@ -39,9 +39,9 @@ struct CourseBox {
   double right;                     ///< largest x [m]
   double top;                       ///< largest z [m]
 
-  /// Sines of the largest angles between the top's normal and a contact's, to the left and to the
-  /// right. At a ridge that is the angle to the next box's normal; where the next box is level with
-  /// this one or rises from it, 0.
+  /// How far a contact's normal may lean from the top's normal, to the left and to the right, as
+  /// the sine of the angle. At a ridge it may lean as far as the next box's normal. If the next box
+  /// is level with this one or rises from it, the sine is 0.
   std::array<double, 2> max_tilt{1, 1};
 };
 

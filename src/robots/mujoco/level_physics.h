@@ -48,8 +48,8 @@ class LevelModel {
   /// The model of measurements and pictures, with as many geoms as `place` has put there.
   const mjModel& model() const { return model_; }
 
-  /// The same model without the boxes' geoms, for steps: the engine computes the poses of `ngeom`
-  /// geoms in each stage, but those of static boxes do not change. Pairs refer to them.
+  /// As `model()`, with a smaller `ngeom`, for steps: the engine then does not compute the boxes'
+  /// poses again in each stage; they never change. Contact pairs still refer to the boxes.
   const mjModel& stepped() const { return stepped_; }
 
   /// The model with all boxes that it can have, for `make_data`.

@@ -94,7 +94,7 @@ class PlanarRobot : public Robot {
   /// Current values of MuJoCo's qpos and qvel.
   const double* position() const { return physics_->position(); }
   const double* velocity() const { return physics_->velocity(); }
-  /// Heights below the trunk's origin, relative to those of the floor of the empty world.
+  /// Heights of the ground and of obstacles below the trunk's origin, above the flat floor [m].
   GroundBelow ground_below() const;
 
  private:

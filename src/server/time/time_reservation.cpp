@@ -193,7 +193,8 @@ void TimeReservation::record_success(std::uint64_t from, std::uint64_t until,
                                      Clock::time_point at) {
   reserved_ = until;
   renew_from_ = until == end_ ? end_ : from + (until - from) / 2;
-  // After an outage once more, for less: this overrides attempts that the master executes late.
+  // After an outage, write once more, a nearer time: the master may still execute the longer
+  // reservations that were sent during the outage.
   is_wanted_ = !failure_.empty() || used_ > renew_from_;
   paced_from_ = from;
   paced_at_ = at;
