@@ -49,7 +49,7 @@ TYPED = [AT_FIRST, BY_HAND, GYMNASIUM, USUAL_TOOLS, BATCH, SNAPSHOT, REPLAY, CAM
 # Blocks that no test runs, and the reason.
 NOT_TYPED = {
     (CLI, "evaluate BipedalWalker-v3 --seeds"): "long; test/python/commands_evaluate_test.py",
-    (CLI, "evaluate BipedalWalker-v3 --grid gravity"): "test/python/commands_grid_test.py",
+    (CLI, "evaluate BipedalWalker-v3 --grid gravity"): "test/python/commands_worlds_test.py",
     (CLI, "record --check walk.npz"): "takes long; test/python/commands_record_test.py",
     (CLI, "walker_sim worlds"): "test/python/commands_worlds_test.py",
     ("docs/ros_interface.md", "rostopic pub -1 /push"): "test/server/push_test.py",

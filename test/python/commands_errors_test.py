@@ -1,8 +1,13 @@
 """Invalid arguments give a one-line error, status 2, and neither output nor files."""
 
+import sys
+from types import SimpleNamespace
+
 import pytest
+from walker_sim.commands.policies import shipped_policy
 
 WALKER = "BipedalWalker-v3"
+NETWORK = shipped_policy("Walker2d-v5")
 IDS = "BipedalWalker-v3, BipedalWalkerHardcore-v3, Walker2d-v4, Walker2d-v5, Hopper-v4, Hopper-v5"
 EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("Walker2d-v4", "BipedalWalker-v3 Walker2d-v4: only one ID is allowed"),
@@ -18,6 +23,7 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("--policy math:walk", "--policy math:walk: module 'math' has no attribute"),
     ("--policy math:pi", "--policy math:pi: must be a function or a class"),
     ("--policy none.safetensors", "--policy none.safetensors: it cannot be read as a file"),
+    (f"--policy {NETWORK}", "made for Walker2d-v5: it takes 17 observations"),
     ("--policy no_such.zip", "--policy no_such.zip: not a model saved by Sta"),
     ("--seeds 5:5", "--seeds: 5:5: must be ascending"),
     ("--seeds 1,2,1", "--seeds: 1,2,1: must have seed 1 once"),
@@ -153,4 +159,30 @@ def test_one_line_names_invalid_argument(command, line, message, monkeypatch, tm
     ended = command(*line.split(), status=2)
     assert ended.out == ""
     assert message in ended.err
+    assert [*tmp_path.iterdir()] == []
+
+
+MINARI = ("minari", "h5py", "PIL")
+OF_MINARI = (
+    "record Hopper-v5 --minari hop/gait-v0",
+    "needs Minari: pip install 'minari[hdf5]' pillow (",
+)
+
+
+@pytest.mark.parametrize(
+    ("package", "line", "message"),
+    [
+        *((package, *OF_MINARI) for package in MINARI),
+        ("onnx", f"convert {NETWORK} policy.onnx", ".safetensors: needs onnx: pip install onnx"),
+        ("pygame", "play", 'needs pygame: pip install "walker_sim[window]"'),
+    ],
+)
+def test_error_names_missing_package(command, monkeypatch, tmp_path, package, line, message):
+    monkeypatch.chdir(tmp_path)
+    for each in MINARI if package in MINARI else ():
+        monkeypatch.setitem(sys.modules, each, SimpleNamespace())
+    monkeypatch.setitem(sys.modules, package, None)
+    error = command(*line.split(), status=2).err
+    assert message in error
+    assert package in error
     assert [*tmp_path.iterdir()] == []

@@ -1,7 +1,6 @@
 """evaluate --grid, several worlds and --worst."""
 
 import csv
-import pathlib
 import re
 import shlex
 
@@ -115,14 +114,6 @@ def test_threads_num_envs_and_single_steps_change_nothing(evaluate, monkeypatch,
     monkeypatch.setattr(evaluation, "find_network", lambda *_: None)
     monkeypatch.setattr(evaluation, "play_network", None)
     assert evaluate(*words) == first
-
-
-def test_the_docs_show_the_output(command):
-    page = (pathlib.Path(__file__).resolve().parents[2] / "docs" / "cli.md").read_text("utf-8")
-    block = re.search(
-        r"^\$ .* walker_sim (evaluate .* --grid .*)\n((?:.*\n)*?)```", page, re.MULTILINE
-    )
-    assert command(*block[1].split()).out == block[2]
 
 
 def commands_of(out):

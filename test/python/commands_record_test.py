@@ -1,8 +1,5 @@
 """record: the file equals Gymnasium's episodes, and --check detects any changed bit."""
 
-import sys
-from types import SimpleNamespace
-
 import gymnasium
 import numpy as np
 import pytest
@@ -118,12 +115,3 @@ def test_check_reports_another_c_library(record, command):
         words = f"recorded with libm: another; repeated with libm: {own}: its sin, cos and pow "
         assert (words in out) == said
         assert ("libm" in out) == said
-
-
-@pytest.mark.parametrize("name", ["minari", "h5py", "PIL"])
-def test_error_names_missing_minari(name, command, monkeypatch):
-    for each in ("minari", "h5py", "PIL"):
-        monkeypatch.setitem(sys.modules, each, None if each == name else SimpleNamespace())
-    error = command("record", "Hopper-v5", "--minari", "hop/gait-v0", status=2).err
-    assert "--minari: needs Minari: pip install 'minari[hdf5]' pillow (" in error
-    assert name in error

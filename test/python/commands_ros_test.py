@@ -40,11 +40,8 @@ def outputs(command, tmp_path):
 def test_evaluation_equals_in_process(outputs, serve, env_id, name, value, num_envs):
     server, _ = serve(env=env_id, num_envs=num_envs, **{name: value})
     words = [env_id, "--episodes", 7]
-    given = [f"{name}={value}"]
-    if name == "world":  # a server's own is not asked for
-        given, there = ["--world", value], []
-    else:
-        there = given
+    given = ["--world", value] if name == "world" else [f"{name}={value}"]
+    there = [] if name == "world" else given  # the server's own world is not asked for
     here = outputs(*words, *given)
     assert here == outputs(*words, *there, *ros(server, num_envs))
     assert name != "world" or f"world {WORLD}," in here[0]

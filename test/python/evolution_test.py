@@ -14,13 +14,7 @@ from walker_sim.training import stage
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
 from walker_sim.training.policy_file import to_bytes, write_policy
-from walker_sim.training.settings import (
-    SettingsError,
-    read_settings,
-    settings_from,
-    write_settings,
-)
-from walker_sim.training.stage import read_state
+from walker_sim.training.settings import SettingsError, read_settings, settings_from, write_settings
 from walkers import ctrl_c
 
 ID = "Hopper-v5"
@@ -41,7 +35,7 @@ STAGES = [{"layers": [5], "steps": 8_000, "episodes": 2, "common_seeds": False}]
 def evolve(folder, settings, index=0, num_threads=1, stops_after=None):
     folder.mkdir(exist_ok=True)
     training = Evolution(ID, settings, folder, index=index, num_threads=num_threads)
-    if (folder / "checkpoint").exists() and read_state(folder)["stage"] == index:
+    if (folder / "checkpoint").exists() and stage.read_state(folder)["stage"] == index:
         training.resume()
 
     def look(training, point):
@@ -113,7 +107,7 @@ def test_ctrl_c_ends_episodes_without_end(tmp_path):
     training = Evolution(ID, settings_from({**SMALL, "parameters": endless}), tmp_path)
     with ctrl_c(0.3):
         training.run()
-    assert (training.steps, read_state(tmp_path)["steps"]) == (0, 0)
+    assert (training.steps, stage.read_state(tmp_path)["steps"]) == (0, 0)
 
 
 def test_a_second_ctrl_c_does_not_end_the_checkpoint(tmp_path):
@@ -138,7 +132,7 @@ def test_a_second_ctrl_c_does_not_end_the_checkpoint(tmp_path):
     training.close()
     assert sent == [True, False]
     assert training.wants_to_stop
-    assert read_state(tmp_path)["steps"] == 0
+    assert stage.read_state(tmp_path)["steps"] == 0
 
 
 def test_killed_in_a_checkpoint_keeps_a_complete_one(tmp_path):
@@ -178,17 +172,14 @@ def test_killed_in_a_checkpoint_keeps_a_complete_one(tmp_path):
 
 
 def test_killed_before_a_checkpoint_adds_no_point_twice(tmp_path, monkeypatch):
-    class Killed(BaseException):
-        pass
-
     def die(training):
-        raise Killed
+        raise KeyboardInterrupt
 
     settings = settings_from({**SMALL, "steps": 5_000, "evaluate_every": 2_000})
     whole = evolve(tmp_path / "whole", settings)
     evolve(tmp_path / "cut", settings, stops_after=3_000)
     for _ in range(2):
-        with monkeypatch.context() as patch, pytest.raises(Killed):
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
             patch.setattr(Evolution, "save_checkpoint", die)
             evolve(tmp_path / "cut", settings)
     unfinished, others = (tmp_path / "cut" / f"curve.csv.{one}.new" for one in (8 * "a", "mine"))
@@ -207,7 +198,7 @@ def test_resumes_what_an_earlier_version_left(tmp_path, command, kept):
     """It was killed between the two renames of a checkpoint without slots."""
     settings = settings_from({**SMALL, "steps": 3_000})
     evolve(tmp_path, settings, stops_after=1)
-    state = read_state(tmp_path)
+    state = stage.read_state(tmp_path)
     (tmp_path / "checkpoint" / state.pop("files")).rename(tmp_path / kept)
     del state["points"]
     (tmp_path / kept / "state.json").write_text(json.dumps(state))
@@ -215,7 +206,7 @@ def test_resumes_what_an_earlier_version_left(tmp_path, command, kept):
     error = command("train", ID, "--out", tmp_path, status=2).err
     assert f"--resume {tmp_path} continues" in error
     command("train", "--resume", tmp_path, "--num-threads", 1)
-    assert read_state(tmp_path)["is_done"]
+    assert stage.read_state(tmp_path)["is_done"]
     assert (tmp_path / kept / "state.json").exists()
 
 
@@ -259,7 +250,7 @@ def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, mon
         patch.setattr(Evolution, "save", save_and_interrupt)
         error = command("train", ID, *given, "--out", tmp_path / "cut", status=130).err
     assert f"--resume {tmp_path / 'cut'}" in error
-    assert read_state(tmp_path / "cut")["is_done"]
+    assert stage.read_state(tmp_path / "cut")["is_done"]
     assert_refuses_another_id(tmp_path / "cut", command)
     command("train", "--resume", tmp_path / "cut", "--num-threads", 1)
     one, other = ((tmp_path / name / "policy.safetensors").read_bytes() for name in ("run", "cut"))

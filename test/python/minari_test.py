@@ -153,20 +153,9 @@ def test_error_names_invalid_id_or_walker(command, folder, words, message):
     assert not [*folder.glob("*")]
 
 
-def test_existing_data_set_is_kept(command, folder):
-    arguments = ["record", "Hopper-v5", "--policy", "zero", "--episodes", 1]
-    command(*arguments, "--minari", "hop/zero-v0")
-    file = folder / "hop/zero-v0/data/main_data.hdf5"
-    before = file.read_bytes()
-    error = command(*arguments, "--minari", "hop/zero-v0", status=2).err
-    assert "--minari hop/zero-v0: " in error
-    assert "exists; `minari delete` removes it" in error
-    assert file.read_bytes() == before
-
-
 @pytest.mark.parametrize("earlier", [[], ["hop/first-v0"]])
-def test_a_full_disk_leaves_no_data_set(command, folder, full_disk, earlier):
-    """HDF5 would print a hundred lines to standard error and end this process."""
+def test_a_data_set_is_whole_and_written_once(command, folder, full_disk, earlier):
+    """On a full disk HDF5 would print a hundred lines to standard error and end this process."""
     arguments = ["record", "Hopper-v5", "--policy", "zero", "--episodes", 1, "--minari"]
     for dataset_id in earlier:
         command(*arguments, dataset_id)
@@ -177,3 +166,8 @@ def test_a_full_disk_leaves_no_data_set(command, folder, full_disk, earlier):
     assert {*folder.rglob("*")} == before
     command(*arguments, "hop/zero-v0")
     assert minari.load_dataset("hop/zero-v0").storage.metadata["dataset_size"] > 0
+    written = (folder / "hop/zero-v0/data/main_data.hdf5").read_bytes()
+    error = command(*arguments, "hop/zero-v0", status=2).err
+    assert "--minari hop/zero-v0: " in error
+    assert "exists; `minari delete` removes it" in error
+    assert (folder / "hop/zero-v0/data/main_data.hdf5").read_bytes() == written

@@ -60,14 +60,12 @@ def test_parameters_of_a_policy_survive_the_round_trip():
         (("Walker9d-v5", [], [1]), {}, ValueError, "Walker9d-v5"),
         ((ID, "missing.safetensors", [1]), {}, ValueError, "policy missing.safetensors: "),
         ((ID, b"", [1]), {}, ValueError, "policy content: "),
-        ((ID, shipped_policy("Hopper-v5"), [1]), {}, ValueError, "11 observations"),
         ((ID, [], [1.5]), {}, TypeError, "seed = 1.5: must be an integer"),
         ((ID, [], [-1]), {}, ValueError, "seed = -1: must be from 0"),
         ((ID, [], [1 << 64]), {}, ValueError, "must be from 0 to 2^64 - 1"),
         ((ID, [], [1]), {"worlds": ["nowhere"]}, ValueError, "nowhere"),
         ((ID, [], [1]), {"num_threads": -1}, ValueError, "num_threads = -1"),
         ((ID, [], [1]), {"hardcor": True}, UnknownKeyword, "did you mean hardcore"),
-        ((ID, [], [1]), {"reuse_world": True}, ValueError, "reuse_world = true"),
     ],
 )
 def test_errors_name_what_is_wrong(arguments, keywords, error, words):

@@ -23,12 +23,7 @@ from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.models import load_sb3
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
-from walker_sim.training.settings import (
-    Settings,
-    read_settings,
-    settings_from,
-    write_settings,
-)
+from walker_sim.training.settings import Settings, read_settings, settings_from, write_settings
 from walkers import ctrl_c, returns_of
 
 ROOT = pathlib.Path(__file__).parents[2]
@@ -55,9 +50,9 @@ def small(**changes):
     return settings_from({**SMALL, **changes})
 
 
-def train(folder, settings, num_threads=1, **keywords):
-    folder.mkdir(exist_ok=True)
-    training = Training(ID, settings, folder, num_threads=num_threads, **keywords)
+def train(folder, settings, **keywords):
+    folder.mkdir()
+    training = Training(ID, settings, folder, num_threads=1, **keywords)
     training.run()
     training.close()
     return training
