@@ -58,12 +58,10 @@ def test_parameters_of_a_policy_survive_the_round_trip():
     ("arguments", "keywords", "error", "words"),
     [
         (("Walker9d-v5", [], [1]), {}, ValueError, "Walker9d-v5"),
-        ((ID, "missing.safetensors", [1]), {}, ValueError, "policy missing.safetensors: "),
         ((ID, b"", [1]), {}, ValueError, "policy content: "),
         ((ID, [], [1.5]), {}, TypeError, "seed = 1.5: must be an integer"),
         ((ID, [], [-1]), {}, ValueError, "seed = -1: must be from 0"),
         ((ID, [], [1 << 64]), {}, ValueError, "must be from 0 to 2^64 - 1"),
-        ((ID, [], [1]), {"worlds": ["nowhere"]}, ValueError, "nowhere"),
         ((ID, [], [1]), {"num_threads": -1}, ValueError, "num_threads = -1"),
         ((ID, [], [1]), {"hardcor": True}, UnknownKeyword, "did you mean hardcore"),
     ],
