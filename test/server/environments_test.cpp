@@ -1,358 +1,320 @@
-// Batch calls without a master: what the shown environment shows, counters, messages and failures;
-// reused responses must not allocate.
+// Batch calls without a master: what they show, count, report and refuse, and whose worlds are
+// whose. pool_test.cpp has the rows, promises_test.py the bits.
 #include "server/environments.h"
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <stdexcept>
-#include <tuple>
 
 #include "allocation_counter.h"
-#include "base/random.h"
 #include "bits.h"
 #include "episode/fake_walker.h"
 #include "error_message.h"
-#include "restorable.h"
+#include "ros/records.h"
+#include "saved_states.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
 
-constexpr std::uint32_t kShown = 2;
-constexpr std::uint64_t kSeed = 11;
+using Indices = std::vector<std::uint32_t>;
+using Messages = std::vector<walker_sim::World>;
+using Values = std::vector<double>;
 
-/// An environment with the shown environment's seed, outside a pool.
-std::unique_ptr<Episode> make_alone(const std::string& id) {
-  std::unique_ptr<Episode> alone = make_episode(id);
-  EpisodeOptions options;
-  options.first_seed = kSeed + kShown;
-  alone->configure(options);
-  return alone;
+constexpr std::uint32_t kSize = 3;
+constexpr std::uint32_t kShown = 1;
+constexpr std::uint64_t kSeed = 11;
+const World kGravity{{"gravity", {-12, -8}}};
+
+MakeEnvironment maker(const std::string& id, std::int64_t max_episode_steps) {
+  return [=] { return make(id, {{"max_episode_steps", max_episode_steps}}); };
 }
 
 /// The parts of a server that make batch calls.
 struct BatchServer {
-  BatchServer(const std::string& id, AutoresetMode mode, std::uint32_t num_envs = 4)
-      : options(options_of(id, mode, num_envs)),
-        pool(make_pool(options, [id] { return make(id); })),
+  explicit BatchServer(const MakeEnvironment& make, AutoresetMode mode = AutoresetMode::next_step,
+                       const World& world = {}, std::uint32_t num_envs = kSize)
+      : options(options_of(mode, world, num_envs)),
+        pool(make_pool(options, make)),
         calls(pool, options, account) {}
 
-  static ServerOptions options_of(const std::string& id, AutoresetMode mode,
-                                  std::uint32_t num_envs) {
+  static ServerOptions options_of(AutoresetMode mode, const World& world, std::uint32_t num_envs) {
     ServerOptions options{};
-    options.id = id;
     options.mode = Mode::lockstep;
     options.seed = kSeed;
     options.num_envs = num_envs;
     options.num_threads = 2;
     options.autoreset_mode = mode;
     options.shown_environment = num_envs == 1 ? 0 : kShown;
+    options.world = world;
     return options;
   }
 
-  std::vector<double> actions() {
-    const std::size_t size = pool.specification().action_size();
-    std::vector<double> all(pool.options().num_envs * size);
-    for (double& value : all) value = generator.uniform(-1.5, 1.5);
-    return all;
-  }
-
-  ResetBatch::Response reset(const std::vector<std::uint32_t>& listed = {}) {
+  /// Resets each by the same seed.
+  ResetBatch::Response reset(const Messages& worlds = {}, const Indices& listed = {}) {
     ResetBatch::Request request;
-    ResetBatch::Response response;
     request.environments = listed;
+    request.worlds = worlds;
+    request.seeds.assign(listed.empty() ? options.num_envs : listed.size(), kSeed);
+    request.has_seed.assign(request.seeds.size(), 1);
+    ResetBatch::Response response;
     calls.reset(request, response);
     return response;
+  }
+
+  void set(const Messages& worlds, const Indices& listed = {}) {
+    SetWorld::Request request;
+    request.environments = listed;
+    request.worlds = worlds;
+    calls.set_worlds(request);
+  }
+
+  const StepBatch::Response& step(const Values& actions) {
+    calls.step(actions, reply);
+    return reply;
   }
 
   ServerOptions options;
   Account account;
   Pool pool;
   BatchCalls calls;
-  Generator generator{1};
   StepBatch::Response reply;
 };
 
-void expect_same_account(const EpisodeState& shown, const EpisodeState& alone) {
-  EXPECT_EQ(shown.environment, kShown);
-  EXPECT_EQ(shown.episode, alone.episode);
-  expect_same_state(shown, alone);
-}
-
-void expect_same_sensors(Episode& shown, Episode& alone) {
-  EXPECT_EQ(to_bits(shown.sensors().joint_position), to_bits(alone.sensors().joint_position));
-  EXPECT_EQ(to_bits(shown.sensors().joint_velocity), to_bits(alone.sensors().joint_velocity));
-  EXPECT_EQ(shown.sensors().linear_velocity, alone.sensors().linear_velocity);
-  EXPECT_EQ(shown.sensors().contacts, alone.sensors().contacts);
-  if (alone.state().step != 0) return;
-  ASSERT_EQ(shown.scene().ground.size(), alone.scene().ground.size());
-  for (std::size_t i = 0; i < alone.scene().ground.size(); ++i) {
-    EXPECT_EQ(shown.scene().ground[i].points, alone.scene().ground[i].points);
-  }
-}
-
-class AnyBatch : public testing::TestWithParam<std::tuple<const char*, AutoresetMode>> {};
-
-TEST_P(AnyBatch, ShowsTheAccountAndTheSensorsOfAnEnvironmentAlone) {
-  const auto& [id, mode] = GetParam();
-  BatchServer server(id, mode);
-  Episode& shown = server.pool.episode(kShown);
-  const std::unique_ptr<Episode> driven_alone = make_alone(id);
-  Episode& alone = *driven_alone;
-  const auto expect_same = [&] {
-    expect_same_account(shown.state(), alone.state());
-    expect_same_sensors(shown, alone);
-  };
-  EXPECT_FALSE(shown.state().has_begun());
-  server.reset();
-  alone.reset(std::nullopt);
-  expect_same();
-  const std::size_t width = shown.specification().action_size();
-  for (int i = 0; i < 500 && !HasFailure(); ++i) {
-    const std::vector<double> actions = server.actions();
-    if (alone.state().has_ended()) {
-      alone.reset(std::nullopt);
-    } else {
-      alone.step(&actions[kShown * width], width);
-    }
+/// Topics show a step that ends an episode, before its autoreset.
+TEST(BatchCalls, ShowTheSensorsOfAnEnvironmentAlone) {
+  for (const char* id : {"BipedalWalker-v3", "Walker2d-v5"}) {
+    SCOPED_TRACE(id);
+    BatchServer server(maker(id, 60), AutoresetMode::same_step);
+    Episode& shown = server.pool.episode(kShown);
+    const std::unique_ptr<Environment> made = maker(id, 60)();
+    Episode& alone = episode_of(*made);
+    const auto expect_same = [&] {
+      EXPECT_EQ(shown.state().step, alone.state().step);
+      EXPECT_EQ(to_bits(look_at(shown)), to_bits(look_at(alone)));
+    };
+    const std::size_t size = shown.specification().action_size();
+    Generator generator{1};
+    server.reset();
+    alone.reset(kSeed);
     int num_shown = 0;
-    server.calls.step(actions, server.reply, [&] {
-      ++num_shown;
-      expect_same();
-    });
-    EXPECT_EQ(num_shown, 1);
-    for (std::uint32_t j = 0; j < 4; ++j) {
-      EXPECT_EQ(server.reply.episodes[j], server.pool.episode(j).state().episode);
-      EXPECT_EQ(server.reply.steps[j], server.pool.episode(j).state().step);
-    }
-    if (mode == AutoresetMode::same_step && alone.state().has_ended()) {
-      alone.reset(std::nullopt);
+    for (int i = 0; i < 200 && !HasFailure(); ++i) {
+      Values actions(kSize * size);
+      for (double& value : actions) value = generator.uniform(-1.5, 1.5);
+      alone.step(&actions[kShown * size], size);
+      server.calls.step(actions, server.reply, [&] {
+        ++num_shown;
+        expect_same();
+      });
+      if (alone.state().has_ended()) alone.reset(std::nullopt);
       expect_same();
     }
-  }
-  EXPECT_GT(alone.state().episode, 2U);
-}
-
-INSTANTIATE_TEST_SUITE_P(Modes, AnyBatch,
-                         testing::Combine(testing::Values("BipedalWalker-v3", "Walker2d-v5"),
-                                          testing::Values(AutoresetMode::next_step,
-                                                          AutoresetMode::same_step)));
-
-TEST(BatchCalls, ReturnTheRowsOfAResetAsListed) {
-  BatchServer server("BipedalWalker-v3", AutoresetMode::next_step);
-  server.reset();
-  const std::vector<double> rows = server.reset({3, 1}).observations;
-  std::vector<double> expected = server.pool.episode(3).state().observation;
-  const std::vector<double>& second = server.pool.episode(1).state().observation;
-  expected.insert(expected.end(), second.begin(), second.end());
-  EXPECT_EQ(to_bits(rows), to_bits(expected));
-}
-
-TEST(BatchCalls, CountStepsResetsAndEpisodes) {
-  BatchServer server("BipedalWalker-v3", AutoresetMode::next_step);
-  server.reset();
-  server.reset({1, 3});
-  EXPECT_EQ(server.account.counters.resets, 6U);
-  std::uint64_t ended = 0;
-  for (int i = 0; i < 300; ++i) {
-    server.calls.step(server.actions(), server.reply);
-    for (std::size_t j = 0; j < 4; ++j) {
-      ended += server.reply.terminated[j] != 0 || server.reply.truncated[j] != 0 ? 1 : 0;
-    }
-  }
-  EXPECT_GT(ended, 4U);
-  EXPECT_EQ(server.account.episodes.summary().episodes, ended);
-  EXPECT_EQ(server.account.counters.steps + server.account.counters.resets, 6U + 4U * 300U);
-  EXPECT_GE(server.account.counters.resets, 6U + ended - 4U);
-  EXPECT_GT(server.account.counters.clamped_commands, server.account.counters.steps / 2);
-}
-
-TEST(BatchCalls, RecordReturnAndLengthOfAnEpisode) {
-  BatchServer server("BipedalWalker-v3", AutoresetMode::disabled);
-  server.reset();
-  std::vector<double> returns(4);
-  for (;;) {
-    server.calls.step(server.actions(), server.reply);
-    for (std::size_t i = 0; i < 4; ++i) {
-      returns[i] += server.reply.rewards[i];
-      if (server.reply.terminated[i] == 0) continue;
-      EXPECT_EQ(server.account.episodes.summary().return_mean, returns[i]);
-      EXPECT_EQ(server.account.episodes.summary().length_mean, server.reply.steps[i]);
-      return;
-    }
+    EXPECT_EQ(num_shown, 200);
+    EXPECT_GT(alone.state().episode, 2U);
   }
 }
 
-/// A robot whose episodes last two steps of reward 1. Resets fail while `resets_fail` is true.
-class Brittle : public BareRobot {
- public:
-  explicit Brittle(const bool& resets_fail) : resets_fail_(resets_fail) {
-    specification_.observation_low = {0};
-    specification_.observation_high = {1};
-    specification_.action_low = {-1};
-    specification_.action_high = {1};
-    specification_.joints.resize(1);
-    specification_.info_names = {"one"};
-  }
-
-  void reset(Generator& /*generator*/, double* info) override {
-    if (resets_fail_) throw std::runtime_error("broken");
-    steps_ = 0;
-    info[0] = 1;
-  }
-  void step(RobotStep& step) override {
-    ++steps_;
-    step.reward = 1;
-    step.terminated = steps_ == 2;
-    step.end_reason = "over";
-    step.info[0] = 1;
-  }
-  void observe(double* observation) const override { observation[0] = 10 + steps_; }
-
- private:
-  const bool& resets_fail_;
-  int steps_ = 0;
+struct BoundedWalker : FakeWalker {
+  BoundedWalker() { specification_.action_high = {1, 1}; }
 };
 
-/// Resets fail in the middle one of three environments.
-class Failing : public testing::TestWithParam<AutoresetMode> {
+class FakeBatch : public testing::TestWithParam<AutoresetMode> {
  protected:
-  using Flags = std::vector<std::uint8_t>;
-  using Numbers = std::vector<std::uint32_t>;
-  using Values = std::vector<double>;
-
-  static ServerOptions make_options() {
-    ServerOptions options = BatchServer::options_of("Brittle", GetParam(), 3);
-    options.shown_environment = 1;
-    return options;
-  }
-  std::unique_ptr<Environment> make_brittle() {
-    const bool may_fail = num_made_++ == 1;
-    return std::make_unique<Episode>(std::make_unique<Brittle>(may_fail ? fails_ : never_));
-  }
-  void reset(const Numbers& listed = {}) {
-    ResetBatch::Request request;
-    request.environments = listed;
-    calls_.reset(request, begun_);
-  }
-  void step() { calls_.step(Values(options_.num_envs), reply_); }
-  const EpisodeState& shown() { return pool_.episode(options_.shown_environment).state(); }
-  void expect_shown_failed(std::uint32_t episode) {
-    EXPECT_TRUE(shown().failed_at_reset());
-    EXPECT_EQ(shown().episode, episode);
-    EXPECT_EQ(shown().error, "broken");
-    EXPECT_EQ(shown().end_reason, "terminated: the simulation failed at its reset");
-    EXPECT_EQ(shown().observation, Values{0});
-    EXPECT_EQ(shown().reward, 0);
-    EXPECT_TRUE(shown().action.empty());
-  }
-
-  const bool never_ = false;
-  bool fails_ = false;
-  int num_made_ = 0;
-  ServerOptions options_ = make_options();
-  Account account_;
-  Pool pool_ = make_pool(options_, [this] { return make_brittle(); });
-  BatchCalls calls_{pool_, options_, account_};
-  ResetBatch::Response begun_;
-  StepBatch::Response reply_;
+  Fakes<BoundedWalker> fakes_;
+  BatchServer server_{fakes_, GetParam()};
+  const Values still_ = Values(std::size_t{2} * kSize);
 };
 
-constexpr const char* kMiddleFailed = "environment 1: the simulation failed at its reset: broken";
-
-TEST_P(Failing, ResetAffectsOnlyItsEnvironment) {
-  fails_ = true;
-  reset();
-  EXPECT_EQ(begun_.status_message, kMiddleFailed);
-  EXPECT_EQ(begun_.observations, (Values{10, 0, 10}));
-  EXPECT_EQ(begun_.info[0], 1);
-  EXPECT_TRUE(std::isnan(begun_.info[1]));
-  EXPECT_EQ(begun_.info[2], 1);
-  expect_shown_failed(1);
-  EXPECT_EQ(shown().seed, kSeed + 1);
-  EXPECT_EQ(account_.counters.resets, 3U);
-  EXPECT_EQ(account_.counters.simulation_errors, 1U);
-  if (GetParam() == AutoresetMode::disabled) {
-    EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }),
-              "environment 1: the simulation failed at its reset; reset first");
-    return;
-  }
-  step();  // repeats the failed reset
-  EXPECT_EQ(reply_.status_message, kMiddleFailed);
-  EXPECT_EQ(reply_.rewards, (Values{1, 0, 1}));
-  EXPECT_EQ(reply_.observations, (Values{11, 0, 11}));
-  EXPECT_EQ(reply_.terminated, (Flags{0, 1, 0}));
-  EXPECT_EQ(reply_.episodes, (Numbers{1, 2, 1}));
-  EXPECT_EQ(reply_.steps, (Numbers{1, 0, 1}));
-  const bool is_same_step = GetParam() == AutoresetMode::same_step;
-  EXPECT_EQ(reply_.final_environments, is_same_step ? Numbers{1} : Numbers{});
-  EXPECT_EQ(reply_.final_observations, is_same_step ? Values{0} : Values{});
-  expect_shown_failed(2);
-  fails_ = false;
-  reset({1});
-  EXPECT_EQ(begun_.status_message, "");
-  EXPECT_EQ(shown().error, "");
-  EXPECT_EQ(shown().end_reason, "");
-  step();
-  EXPECT_EQ(reply_.status_message, "");
-  EXPECT_EQ(reply_.steps[1], 1U);
-  EXPECT_EQ(pool_.episode(1).state().episode_return, 1);
+TEST_P(FakeBatch, CountsStepsResetsAndEpisodes) {
+  fakes_[1].length = 2;
+  server_.reset();
+  server_.reset({}, {1});
+  const Values actions{0, 0, 1.5, 0, 0, -1};
+  server_.step(actions);
+  server_.step(actions);
+  const auto& counters = server_.account.counters;
+  EXPECT_EQ(counters.steps, 6U);
+  EXPECT_EQ(counters.clamped_commands, 2U);
+  const auto summary = server_.account.episodes.summary();
+  EXPECT_EQ(summary.episodes, 1U);
+  EXPECT_EQ(summary.return_mean, 3);
+  EXPECT_EQ(summary.length_mean, 2);
+  if (GetParam() == AutoresetMode::next_step) server_.step(actions);  // not clamped
+  EXPECT_EQ(counters.resets, GetParam() == AutoresetMode::disabled ? 4U : 5U);
+  EXPECT_EQ(counters.clamped_commands, 2U);
 }
 
-TEST_P(Failing, AutoresetAffectsOnlyItsEnvironment) {
+TEST_P(FakeBatch, ReportsFailedResets) {
+  const std::string message = "environment 1: the simulation failed at its reset: no ground";
+  const auto& counters = server_.account.counters;
+  fakes_[1].reset_fails = true;
+  const ResetBatch::Response begun = server_.reset();
+  EXPECT_EQ(begun.status_message, message);
+  EXPECT_EQ(begun.observations, (Values{1, 0, 0, 0, 1, 0}));
+  EXPECT_EQ(to_bits(begun.info),
+            to_bits(Values{kSeed, std::numeric_limits<double>::quiet_NaN(), kSeed}));
+  EXPECT_EQ(counters.resets, 3U);
+  EXPECT_EQ(counters.simulation_errors, 1U);
   if (GetParam() == AutoresetMode::disabled) return;
-  reset();
-  step();
-  fails_ = true;
-  step();
-  EXPECT_EQ(reply_.rewards, (Values{1, 1, 1}));
-  EXPECT_EQ(reply_.terminated, (Flags{1, 1, 1}));
-  if (GetParam() == AutoresetMode::next_step) {
-    EXPECT_EQ(reply_.status_message, "");
-    step();
-    EXPECT_EQ(reply_.rewards, (Values{0, 0, 0}));
-    EXPECT_EQ(reply_.terminated, (Flags{0, 1, 0}));
-  } else {
-    EXPECT_EQ(reply_.final_environments, (Numbers{0, 1, 2}));
+  const bool is_same_step = GetParam() == AutoresetMode::same_step;
+  EXPECT_EQ(server_.step(still_).status_message, message) << "it is repeated";
+  EXPECT_EQ(server_.reply.episodes, (Indices{1, 2, 1}));
+  EXPECT_EQ(server_.reply.steps, (Indices{1, 0, 1}));
+  EXPECT_EQ(server_.reply.final_environments, is_same_step ? Indices{1} : Indices{});
+  EXPECT_EQ(server_.reply.final_observations, is_same_step ? Values(2) : Values{});
+  fakes_[1].reset_fails = false;
+  EXPECT_EQ(server_.reset({}, {1}).status_message, "");
+  EXPECT_EQ(server_.step(still_).status_message, "");
+
+  // Autoresets
+  fakes_[1].length = 2;
+  fakes_[1].reset_fails = true;
+  if (!is_same_step) {
+    EXPECT_EQ(server_.step(still_).status_message, "");
   }
-  EXPECT_EQ(reply_.status_message, kMiddleFailed);
-  EXPECT_EQ(reply_.observations, (Values{10, 0, 10}));
-  EXPECT_EQ(reply_.episodes, (Numbers{2, 2, 2}));
-  EXPECT_EQ(reply_.steps, (Numbers{0, 0, 0}));
-  expect_shown_failed(2);
-  EXPECT_EQ(account_.episodes.summary().episodes, 3U);
-  EXPECT_EQ(account_.episodes.summary().failed, 0U);
-  fails_ = false;
-  step();
-  EXPECT_EQ(reply_.status_message, "");
-  EXPECT_EQ(reply_.rewards, (Values{1, 0, 1}));
-  EXPECT_EQ(reply_.terminated, (Flags{0, 0, 0}));
-  EXPECT_EQ(reply_.observations, (Values{11, 10, 11}));
-  EXPECT_EQ(reply_.steps, (Numbers{1, 0, 1}));
-  EXPECT_EQ(shown().step, 0U);
-  EXPECT_EQ(shown().error, "");
+  EXPECT_EQ(server_.step(still_).status_message, message);
+  EXPECT_EQ(counters.simulation_errors, 3U);
+  EXPECT_EQ(server_.account.episodes.summary().episodes, 1U);
+  EXPECT_EQ(server_.account.episodes.summary().failed, 0U);
+  fakes_[1].reset_fails = false;
+  EXPECT_EQ(server_.step(still_).status_message, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Modes, Failing,
+INSTANTIATE_TEST_SUITE_P(Modes, FakeBatch,
                          testing::Values(AutoresetMode::next_step, AutoresetMode::same_step,
                                          AutoresetMode::disabled),
                          [](const auto& instance) { return to_text(instance.param); });
 
 TEST_F(AllocationTest, StepsWithAReusedResponseDoNotAllocate) {
   for (const std::uint32_t num_envs : {1U, 4U}) {
-    BatchServer server("Walker2d-v5", AutoresetMode::next_step, num_envs);
+    BatchServer server(maker("Walker2d-v5", 1000), AutoresetMode::next_step, {}, num_envs);
     server.reset();
-    const std::vector<double> actions = server.actions();
-    for (int i = 0; i < 500; ++i) server.calls.step(actions, server.reply);
+    const Values actions(num_envs * server.pool.specification().action_size(), 0.7);
+    for (int i = 0; i < 500; ++i) server.step(actions);
     allocations = 0;
     const Counting counting;
-    for (int i = 0; i < 500; ++i) server.calls.step(actions, server.reply);
+    for (int i = 0; i < 500; ++i) server.step(actions);
     EXPECT_EQ(allocations, 0) << num_envs;
   }
 }
+
+walker_sim::World preset(const std::string& name) {
+  walker_sim::World message;
+  message.preset = name;
+  return message;
+}
+
+template <typename Response>
+Indices reported(const Response& response) {
+  Indices environments;
+  for (const auto& world : response.worlds) environments.push_back(world.environment);
+  return environments;
+}
+
+class BatchWorlds : public testing::TestWithParam<const char*> {
+ protected:
+  BatchServer serve(const World& world = {}) {
+    return BatchServer(maker(GetParam(), 4), AutoresetMode::next_step, world);
+  }
+  /// Observation of an environment alone in this world, after its reset.
+  Values expected(const World& world) const {
+    const auto alone = make(GetParam());
+    alone->set_world(world);
+    episode_of(*alone).reset(kSeed);
+    return episode_of(*alone).state().observation;
+  }
+  void expect_observation(BatchServer& server, std::uint32_t environment, const World& world) {
+    EXPECT_EQ(to_bits(server.pool.episode(environment).state().observation),
+              to_bits(expected(world)))
+        << "environment " << environment;
+  }
+};
+
+TEST_P(BatchWorlds, ServersOwnHoldsForAll) {
+  BatchServer server = serve(kGravity);
+  const auto response = server.reset();
+  EXPECT_EQ(reported(response), (Indices{0, 1, 2}));
+  for (std::uint32_t i = 0; i < kSize; ++i) {
+    const WorldValues& drawn = *server.pool.episode(i).state().world;
+    EXPECT_EQ(to_values(response.worlds[i].parameters), drawn);
+    EXPECT_GT(drawn.at("gravity"), -12);
+    EXPECT_LT(drawn.at("gravity"), -8);
+    expect_observation(server, i, kGravity);
+  }
+  const Values actions(kSize * server.pool.specification().action_size());
+  EXPECT_EQ(reported(server.step(actions)), Indices{}) << "without a reset";
+}
+
+TEST_P(BatchWorlds, ResetTakesOneForAllOrOneEach) {
+  BatchServer server = serve();
+  const World moon{{"gravity", {-1.62, -1.62}}};
+  const World delayed{{"action_delay", {0.04, 0.04}}, {"joint_position_noise", {0.1, 0.1}}};
+  walker_sim::World message;
+  to_message(delayed, message);
+  EXPECT_EQ(reported(server.reset()), Indices{});
+  EXPECT_EQ(reported(server.reset({preset("moon")})), (Indices{0, 1, 2}));
+  for (std::uint32_t i = 0; i < kSize; ++i) expect_observation(server, i, moon);
+  // An empty one leaves the environment's own; each holds for the following resets too.
+  const auto response = server.reset({message, {}, preset("gymnasium")}, {2, 0, 1});
+  EXPECT_EQ(reported(response), (Indices{2, 0}));
+  Values rows;
+  for (const World& world : {delayed, moon, World{}}) {
+    for (const double value : expected(world)) rows.push_back(value);
+  }
+  EXPECT_EQ(to_bits(response.observations), to_bits(rows)) << "not as listed";
+  EXPECT_EQ(reported(server.reset({{}})), (Indices{0, 2}));
+  expect_observation(server, 0, moon);
+  expect_observation(server, 1, {});
+  expect_observation(server, 2, delayed);
+}
+
+TEST_P(BatchWorlds, RefusalChangesNothing) {
+  BatchServer server = serve(kGravity);
+  server.reset();
+  walker_sim::World wrong;
+  wrong.parameters.resize(1);
+  wrong.parameters[0].name = "dropout";
+  wrong.parameters[0].low = wrong.parameters[0].high = 2;
+  const walker_sim::World moon = preset("moon");
+  const std::string is_wrong = "world parameter dropout = 2.0: must be in [0.0, 1.0]";
+  const std::string is_empty =
+      " is empty; must have a preset or parameters (Gymnasium's world is the preset gymnasium)";
+  const std::string wrong_count = " values; must have 1 for all, or 3, one per environment";
+  const struct {
+    Messages worlds;
+    Indices listed;
+    std::string text;
+  } refused[] = {
+      {{wrong}, {}, is_wrong},
+      {{moon, wrong}, {0, 1}, is_wrong},
+      {{moon, moon}, {}, "worlds has 2" + wrong_count},
+      {{moon}, {0, 3}, "environments[1] = 3; must be below num_envs = 3"},
+      {{moon}, {0, 0}, "environments[1] = 0; is listed before, and each may be listed once"},
+      {{}, {}, "worlds has 0" + wrong_count},
+      {{moon, {}}, {0, 1}, "worlds[1]" + is_empty},
+      {{{}}, {}, "worlds[0]" + is_empty},
+  };
+  for (const auto& each : refused) {
+    EXPECT_EQ(message_of<std::invalid_argument>([&] { server.set(each.worlds, each.listed); }),
+              each.text);
+  }
+  for (const auto& [worlds, text] :
+       {std::make_pair(Messages{moon, wrong, moon}, is_wrong),
+        std::make_pair(Messages{moon, moon}, "worlds has 2" + wrong_count)}) {
+    EXPECT_EQ(message_of<std::invalid_argument>([&, &worlds = worlds] { server.reset(worlds); }),
+              text);
+  }
+  for (std::uint32_t i = 0; i < kSize; ++i) {
+    EXPECT_EQ(server.pool.episode(i).world(), kGravity);
+    EXPECT_EQ(server.pool.episode(i).state().episode, 1U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Ids, BatchWorlds, testing::Values("BipedalWalker-v3", "Walker2d-v5"),
+                         [](const auto& each) { return std::string(each.param, 8); });
 
 }  // namespace
 }  // namespace walker
