@@ -28,7 +28,6 @@ set(short_rostests
   server/promises_test
   server/publish_order_test
   server/records_test
-  server/sensor_topics_test
   server/world_services_test)
 # These measure wall time, so each runs alone.
 set(timed_rostests
@@ -88,9 +87,8 @@ function(walker_sim_add_ros_program name)
   target_include_directories(${name} PRIVATE test)
   target_compile_definitions(${name} PRIVATE WALKER_SIM_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
   target_compile_options(${name} PRIVATE ${test_options})
-  target_include_directories(${name} SYSTEM PRIVATE ${tf2_INCLUDE_DIRS} ${urdf_INCLUDE_DIRS})
   target_link_libraries(${name} PRIVATE walker_sim_agents walker_sim_server walker_sim_flags
-    GTest::GTest ${tf2_LIBRARIES} ${urdf_LIBRARIES})
+    GTest::GTest)
   walker_sim_compile_as(walker_sim_agents ${name})
 endfunction()
 

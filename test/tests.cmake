@@ -7,7 +7,6 @@
 # A gtest that needs no master also has the label `unit`; `unit_tests` builds these. `tests` builds all
 # tests, `benchmarks` the programs that ./scripts/bench calls.
 set(test_results ${CMAKE_BINARY_DIR}/test_results/walker_sim)
-find_package(tf2 REQUIRED)
 add_custom_target(short_tests)
 add_custom_target(unit_tests)
 add_custom_target(benchmarks)
