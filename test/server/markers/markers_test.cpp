@@ -135,19 +135,6 @@ std::string test_name(const testing::TestParamInfo<std::string>& environment) {
 
 INSTANTIATE_TEST_SUITE_P(All, EveryEnvironment, testing::ValuesIn(ids()), test_name);
 
-TEST(SceneMarkers, HaveTheSurfaceOfTheGround) {
-  const World world("BipedalWalker-v3");
-  const MarkerArray array = scene_markers(world.scene, header());
-  const Marker& ground = *find(array, "ground");
-  for (const ScenePolygon& piece : world.scene.ground) {
-    const auto& start = piece.points[0];
-    EXPECT_TRUE(
-        std::any_of(ground.points.begin(), ground.points.end(),
-                    [&](const auto& point) { return point.x == start[0] && point.z == start[1]; }))
-        << "no surface at x = " << start[0];
-  }
-}
-
 /// Grass and the earth below it cover exactly the polygon, without gaps or overlaps.
 TEST(SceneMarkers, CoverEachPieceOfGroundOnce) {
   Scene scene;
@@ -387,24 +374,6 @@ TEST(ContactMarkers, AreAtTheLowestPointOfEachTouchingFoot) {
   EXPECT_EQ(find(world.state(), "contacts")->points.size(), 2U);
   world.sensors.contacts = {0, 0};
   EXPECT_EQ(find(world.state(), "contacts")->action, Marker::DELETE);
-}
-
-TEST(ContactMarkers, AreOnTheFloor) {
-  World world("Walker2d-v5");
-  const std::vector<double> still(world.specification().action_size());
-  std::size_t seen = 0;
-  for (int i = 0; i < 40; ++i) {
-    world.twin.step(still);
-    world.sensors = world.twin.sense();
-    const MarkerArray array = world.state();
-    const Marker& contacts = *find(array, "contacts");
-    if (contacts.action != Marker::ADD) continue;
-    for (const geometry_msgs::Point& point : contacts.points) {
-      ++seen;
-      EXPECT_NEAR(point.z, world.scene.floor->z, 0.01) << "a contact gives way a little";
-    }
-  }
-  EXPECT_GT(seen, 20U);
 }
 
 TEST(LowestPoint, IsExactForEverySolid) {
