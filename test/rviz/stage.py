@@ -9,12 +9,12 @@ import functools
 import os
 import pathlib
 import re
-import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+import types
 import xmlrpc.client
 
 import numpy as np
@@ -27,8 +27,8 @@ from walker_sim.srv import GetSpec, Reset, Step
 
 sys.path += [str(pathlib.Path(__file__).resolve().parents[1] / n) for n in ("bench", "server")]
 import bare_ros
+import ros
 from launched import start_screen
-from ros import free_port
 
 TIMEOUT = 60.0  # [s]; only a failing test waits that long
 wait_for = functools.partial(bare_ros.wait_for, timeout=TIMEOUT)
@@ -45,8 +45,8 @@ CRASH_OF_RVIZ = re.compile(
 
 
 class Screen:
-    def __init__(self, processes, width, height):
-        self.display = start_screen(processes.start, f"{width}x{height}")
+    def __init__(self, start, width, height):
+        self.display = start_screen(start, f"{width}x{height}")
         self._environment = {**os.environ, "DISPLAY": self.display}
 
     def grab(self, box=None):
@@ -81,29 +81,6 @@ class Screen:
         return done.stdout
 
 
-class Processes(contextlib.ExitStack):
-    """Processes that `close` ends by SIGINT, the last first."""
-
-    def start(self, command, **options):
-        process = subprocess.Popen(
-            ["setpriv", "--pdeathsig", "INT", *command],
-            **{"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, **options},
-            stderr=subprocess.STDOUT,
-        )
-        self.callback(self._stop, process)
-        return process
-
-    @staticmethod
-    def _stop(process):
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-        try:
-            process.wait(TIMEOUT)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-
-
 class Stage:
     """A screen and a ROS master that show one walker after another.
 
@@ -111,47 +88,26 @@ class Stage:
     """
 
     def __init__(self, width=1360, height=860):
-        self._folder = tempfile.TemporaryDirectory(prefix="walker_sim_rviz_")
-        self._processes = Processes()
-        try:
-            self._begin(width, height)
-        except BaseException:
-            self.close()
-            raise
-
-    def _begin(self, width, height):
-        self.screen = Screen(self._processes, width, height)
-        port = free_port()
+        with contextlib.ExitStack() as resources:
+            folder = tempfile.TemporaryDirectory(prefix="walker_sim_rviz_")
+            self._folder = pathlib.Path(resources.enter_context(folder))
+            settings = types.SimpleNamespace(folder=self._folder, programs=None)
+            master = resources.enter_context(ros.Master(settings))
+            self.screen = Screen(master.process, width, height)
+            self.close = resources.pop_all().close
         os.environ.update(
-            ROS_MASTER_URI=f"http://localhost:{port}",
-            ROS_HOSTNAME="localhost",
-            ROS_HOME=self._folder.name,
-            HOME=self._folder.name,  # rviz stores its settings there
-            XDG_RUNTIME_DIR=self._folder.name,
+            HOME=str(self._folder),  # rviz stores its settings there
+            XDG_RUNTIME_DIR=str(self._folder),
             DISPLAY=self.screen.display,
             QT_QPA_PLATFORM="xcb",
             ROSCONSOLE_FORMAT="[${severity}] [${node}]: ${message}",
         )
-        for name in ("ROS_IP", "ROS_LOG_DIR", "ROS_NAMESPACE", "WAYLAND_DISPLAY"):
-            os.environ.pop(name, None)
-        self._processes.start(["roscore", "-p", str(port)])
-        wait_for(self._master_answers, "the master")
+        os.environ.pop("WAYLAND_DISPLAY", None)
         rospy.init_node("stage", disable_signals=True, disable_rostime=True)
         self._transforms = {"/tf": {}, "/tf_static": {}}
         self._changed = threading.Condition()
         for topic in self._transforms:
             rospy.Subscriber(topic, TFMessage, self._take_transforms, topic, tcp_nodelay=True)
-
-    @staticmethod
-    def _master_answers():
-        try:
-            return rospy.get_master().getPid()[0] == 1
-        except OSError:
-            return False
-
-    def close(self):
-        self._processes.close()
-        self._folder.cleanup()
 
     @contextlib.contextmanager
     def show(self, env, agent="shipped", mode="lockstep", ns="", arguments=()):
@@ -161,11 +117,11 @@ class Stage:
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
-        with Processes() as processes:
-            log = pathlib.Path(self._folder.name, "roslaunch.log")
+        with contextlib.ExitStack() as processes:
             if ns:
                 arguments = [f"ns:={ns}", "publish_clock:=true", *arguments]
             arguments = [f"mode:={mode}", *arguments]
+            log = self._folder / "roslaunch.log"
             yield Show(self, processes, env, agent, log, f"/{ns}" if ns else "", arguments)
 
     def _take_transforms(self, message, topic):
@@ -304,5 +260,6 @@ class Show:
 
     def start(self, command):
         """Starts another process, whose output is appended to the log."""
-        with open(self._log, "ab") as log:
-            return self._processes.start(command, stdout=log)
+        process = ros.start(command, self._log)
+        self._processes.callback(ros.stop, process)
+        return process
