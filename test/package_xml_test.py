@@ -28,7 +28,7 @@ KEYS = {
 }
 # Python modules and their rosdep keys, if different.
 MODULES = {module: f"python3-{module}" for module in ("numpy", "rospkg", "yaml")}
-OF_ROSCPP = {"ros"}
+IN_OTHER_PACKAGES = {"ros", "rosbag"}
 
 
 def named(*kinds):
@@ -72,6 +72,11 @@ def test_headers_of_cmake_are_listed():
     assert {KEYS[name] for name in names} <= built_with()
 
 
+def is_ros_package(name):
+    shares = pathlib.Path("/usr/share"), pathlib.Path("/opt/ros/noetic/share")
+    return any((share / name / "package.xml").exists() for share in shares)
+
+
 def included(*folders):
     """Returns the packages of included headers: `foo` of <foo/bar.h>."""
     names = set()
@@ -79,16 +84,14 @@ def included(*folders):
         for path in [*(ROOT / folder).rglob("*.h"), *(ROOT / folder).rglob("*.cpp")]:
             text = path.read_text(encoding="utf-8")
             names |= set(re.findall(r"#include [<\"]([a-z0-9_]+)/", text))
-    packages = pathlib.Path("/usr/share"), pathlib.Path("/opt/ros/noetic/share")
-    return {n for n in names if any((share / n / "package.xml").exists() for share in packages)}
+    return set(filter(is_ros_package, names)) - IN_OTHER_PACKAGES
 
 
 def test_included_packages_are_build_dependencies():
-    names = included("src", "include") - {"rosbag"} - OF_ROSCPP
+    names = included("src", "include")
     assert {"nav_msgs", "sensor_msgs", "xmlrpcpp"} <= names
     assert names <= built_with()
-    tests = included("test") - {"rosbag"} - OF_ROSCPP
-    assert tests <= built_with() | named("test_depend")
+    assert included("test") <= built_with() | named("test_depend")
 
 
 def imported(*folders):
@@ -102,15 +105,11 @@ def imported(*folders):
 
 
 def test_imported_packages_are_listed():
-    packages = pathlib.Path("/usr/share"), pathlib.Path("/opt/ros/noetic/share")
-
-    def is_package(name):
-        return any((share / name / "package.xml").exists() for share in packages)
-
-    ours = {n for n in imported("src", "scripts") if is_package(n) or n.startswith("python3-")}
+    names = imported("src", "scripts")
+    ours = {n for n in names if is_ros_package(n) or n.startswith("python3-")}
     assert {"python3-numpy", "python3-yaml"} <= ours
     assert ours <= named("exec_depend") | named("depend")
-    tests = {name for name in imported("test") if is_package(name)}
+    tests = set(filter(is_ros_package, imported("test")))
     assert {"diagnostic_msgs", "rospy"} <= tests
     assert tests <= named("exec_depend") | named("test_depend") | built_with()
 

@@ -40,7 +40,6 @@ class FakeMaster {
   /// Waits for `count` reservations and returns all of them.
   std::vector<std::uint64_t> reservations(std::size_t count) {
     std::unique_lock<std::mutex> lock(mutex_);
-    constexpr std::chrono::seconds kTimeout{30};  // reached only by a failing test
     EXPECT_TRUE(changed_.wait_for(lock, kTimeout, [&] { return reserved_.size() >= count; }));
     return reserved_;
   }
