@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <stdexcept>
@@ -48,6 +49,16 @@ std::filesystem::path find_program() {
     if (access(program.c_str(), X_OK) == 0) return program;
   }
   fail(ENOENT, (kFolder / "compile_model").string());
+}
+
+/// A path by which another process reaches the file that this one reaches by `path`.
+std::string shared_path(const std::string& path) {
+  const std::string own = "/proc/" + std::to_string(getpid()) + "/";
+  for (const auto& [name, meant] : {std::pair{"/dev/stdin", "fd/0"}, std::pair{"/dev/fd/", "fd/"},
+                                    std::pair{"/proc/self/", ""}}) {
+    if (path.rfind(name, 0) == 0) return own + meant + path.substr(std::strlen(name));
+  }
+  return path;
 }
 
 /// CPU time of a process [s]; negative: it has ended.
@@ -94,7 +105,7 @@ class Compiler {
         fail(errno, "memfd");
       }
     }
-    spawn({find_program().string(), path, text != nullptr ? "text" : "file",
+    spawn({find_program().string(), shared_path(path), text != nullptr ? "text" : "file",
            std::to_string(limits.memory), std::to_string(limits.processor_seconds),
            std::to_string(limits.elements), std::to_string(limits.bytes)},
           {text != nullptr ? content : nowhere, pipe_.ends[1], nowhere});

@@ -208,6 +208,16 @@ TEST_F(CompileApartTest, AModelIsTheSameAsCompiledHere) {
   }
 }
 
+TEST_F(CompileApartTest, AnOpenFileIsTheOneOfThisProcess) {
+  const std::vector<std::byte> expected = compile_apart(walker_);
+  const int file = open(walker_.c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_GE(file, 0);
+  for (const char* folder : {"/dev/fd/", "/proc/self/fd/"}) {
+    EXPECT_EQ(compile_apart(folder + std::to_string(file)), expected) << folder;
+  }
+  close(file);
+}
+
 TEST_F(CompileApartTest, ThreadsMayCompileAtOnce) {
   std::vector<std::thread> threads;
   std::vector<std::size_t> sizes(4);
