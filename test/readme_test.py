@@ -1,4 +1,5 @@
 """Runs the commands of README and docs/ unchanged and compares their output with the pages.
+from processes import CALLER, LoggedProcess, TIMEOUT, free_port, wait_for
 
 Three dots in the shown output stand for omitted lines or a part of a line. Each test has its own
 ROS master and folder.
@@ -19,9 +20,7 @@ import xmlrpc.client
 
 import pytest
 import rospy.core
-from bare_ros import CALLER, TIMEOUT, wait_for
-from launched import LoggedProcess
-from ros import free_port
+from processes import CALLER, TIMEOUT, LoggedProcess, free_port, wait_for
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
@@ -130,12 +129,7 @@ class Program(LoggedProcess):
         self._text = command[-1]
 
     def wait_until(self, condition, what):
-        wait_for(
-            lambda: condition() or not self.is_running(),
-            f"{what}: $ {self._text}",
-            timeout=STARTUP_TIMEOUT,
-        )
-        assert self.is_running(), f"it has ended: $ {self._text}"
+        wait_for(condition, f"{what}: $ {self._text}", STARTUP_TIMEOUT, self)
 
     def __enter__(self):
         return self
@@ -144,9 +138,9 @@ class Program(LoggedProcess):
         try:
             if self.is_running():
                 os.killpg(self.pid, signal.SIGINT)
-            status = self._process.wait(TIMEOUT)
+            status = self.wait()
         finally:
-            self._process.kill()
+            self.kill()
             print(f"$ {self._text}\n{self.output()}")
         allowed = {0, 1} if TOOLS_END_BADLY and " rostopic " in self._text else {0}
         assert status in allowed, f"status {status}: $ {self._text}"

@@ -9,8 +9,8 @@ import numpy as np
 import rosgraph
 import rospkg
 import rospy
-from bare_ros import wait_for
 from nav_msgs.msg import Odometry
+from processes import wait_for
 from sensor_msgs.msg import JointState, LaserScan
 from server_harness import Process, ServerTest, memory
 from std_msgs.msg import Float64MultiArray

@@ -13,13 +13,14 @@ import tempfile
 import time
 from typing import FrozenSet, List, Optional
 
-import in_process
-import learning
-import over_ros
-import report
-from measure import Failure, Row, describe_machine
-
 HERE = pathlib.Path(__file__).parent
+sys.path.append(str(HERE.parent))
+import in_process  # noqa: E402
+import learning  # noqa: E402
+import over_ros  # noqa: E402
+import report  # noqa: E402
+from measure import Failure, Row, describe_machine  # noqa: E402
+
 ROOT = HERE.parents[1]
 SECTIONS = {
     "core": in_process.core,

@@ -4,7 +4,7 @@ import pathlib
 import sys
 
 from measure import Failure, Row, run_slice
-from ros import Master
+from over_ros import start_master
 from walker_sim import _core
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -62,9 +62,9 @@ def walk(settings, env, mode, agent):
         parameters["auto_reset"] = "false"
     if settings.is_quick:
         parameters["max_episode_steps"] = 100
-    with Master(settings) as master:
+    with start_master(settings) as master:
         master.server(**parameters)
-        process = master.process([settings.programs / agent, "_agent:=policy", f"_seeds:={seeds}"])
+        process = master.start([settings.programs / agent, "_agent:=policy", f"_seeds:={seeds}"])
         command = [sys.executable, HERE / "episode_returns.py", "--count", episodes]
         command += ["--while", process.pid]
         return run_slice(command, settings.two_cores, settings.folder, PATIENCE)

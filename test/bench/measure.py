@@ -14,12 +14,10 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from typing import Callable, Dict, List, Optional
 
+from processes import Failure
+
 PATIENCE = 120  # timeout of a slice, which takes a few seconds [s]
 PACKAGES = {"envpool": ("envpool",), "gymnasium": ("gymnasium", "box2d", "mujoco", "numpy")}
-
-
-class Failure(Exception):
-    """A measurement failed; the text is the reason."""
 
 
 @dataclasses.dataclass

@@ -1,17 +1,19 @@
 """Measurements over ROS: lock-step, batches, free-running mode, start-up."""
 
+import contextlib
 import functools
 import pathlib
+import signal
+import subprocess
 import sys
 import time
+import xmlrpc.client
 from tempfile import TemporaryDirectory
 from typing import NamedTuple, Sequence
 
+import yaml
 from measure import Failure, Plan, Row, against, run_slice, steps_per_second
-from ros import Master, await_true, call_service, diagnostics, stop
-
-sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "server"))
-from launched import start_screen
+from processes import STARTUP_TIMEOUT, Master, start_screen, wait_for
 
 WALKER, WALKER2D = "BipedalWalker-v3", "Walker2d-v4"
 BATCHES = (1, 8, 64, 512)
@@ -19,14 +21,7 @@ BATCHES = (1, 8, 64, 512)
 MESSAGE_SIZES = ("--request-bytes", 40, "--response-bytes", 300, "--spin-us", 50)
 MIN_PERIOD = 0.5  # of the diagnostics, long enough for a few steps [s]
 LOCKSTEP_ROSPY = pathlib.Path(__file__).with_name("lockstep_rospy.py")
-# A shell in the background ignores SIGINT, and so would Python.
-BUSY_PROGRAM = """
-import signal
-signal.signal(signal.SIGINT, signal.SIG_DFL)
-while True:
-    pass
-"""
-BUSY = (sys.executable, "-c", BUSY_PROGRAM)
+BUSY = (sys.executable, "-c", "while True: pass")
 JITTERS = (  # condition, number of busy processes, realtime_priority
     ("quiet", 0, 0),
     ("two busy processes", 2, 0),
@@ -58,6 +53,37 @@ CONDITIONS = {
 }
 
 
+def start_master(settings):
+    """Starts a master whose processes are in sessions of their own, as from other terminals: Linux
+    divides the processor among sessions."""
+    options = {"exports": True, "command": ["roscore"], "start_new_session": True}
+    return Master(settings.programs, **options)
+
+
+def has_subscriber(master, topic):
+    """Whether a node subscribes to the topic and still runs."""
+    _, subscribers, _ = master.ask("getSystemState") or ((), (), ())
+    for uri in filter(None, map(master.node_uri, dict(subscribers).get(topic, ()))):
+        with contextlib.suppress(OSError):
+            if xmlrpc.client.ServerProxy(uri).getPid("/bench")[0] == 1:
+                return True
+    return False
+
+
+def diagnostics(count, period):
+    """Returns the next messages on /diagnostics, each as one dict of all its values."""
+    command = ["rostopic", "echo", "-n", str(count), "/diagnostics"]
+    timeout = count * period + STARTUP_TIMEOUT
+    done = subprocess.run(command, stdout=subprocess.PIPE, encoding="utf-8", timeout=timeout)
+    reports = [document for document in yaml.safe_load_all(done.stdout) if document]
+    if len(reports) != count:
+        raise Failure(f"{len(reports)} reports on /diagnostics; must be {count}")
+    return [
+        {pair["key"]: pair["value"] for status in report["status"] for pair in status["values"]}
+        for report in reports
+    ]
+
+
 def lockstep(settings):
     """One environment stepped by service in each condition, with no process bound to a core."""
     rows = []
@@ -67,10 +93,11 @@ def lockstep(settings):
             topic = CONDITIONS[name].topic
             try:
                 # The folder is removed with the recorder's bag, which may exceed 1 GB.
-                with TemporaryDirectory(dir=settings.folder) as folder, Master(settings) as master:
-                    launch(settings, master, env, CONDITIONS[name], folder)
+                folder = TemporaryDirectory(dir=settings.folder)
+                with folder as path, start_master(settings) as master:
+                    launch(settings, master, env, CONDITIONS[name], path)
                     plan.run(settings.rounds(4))
-                    if topic and not master.has_subscriber(topic):
+                    if topic and not has_subscriber(master, topic):
                         raise Failure(f"the subscriber of {topic} ended during the measurement")
             except Failure as failure:
                 for row in plan.rows:
@@ -102,13 +129,10 @@ def lockstep_plan(settings, env, condition):
 
 def launch(settings, master, env, condition, folder):
     """Starts walker.launch and the processes of the condition, until the master ends."""
-    run = functools.partial(master.process, cores=settings.two_cores, cwd=folder)
+    run = functools.partial(master.start, cores=settings.two_cores, cwd=folder)
     variables = []
     if "rviz:=true" in condition.arguments:
-        try:
-            display = start_screen(run, "1360x860")
-        except AssertionError as error:
-            raise Failure(str(error)) from None
+        display = start_screen(run, "1360x860")
         # rviz stores its settings in HOME.
         variables = [f"DISPLAY={display}", "QT_QPA_PLATFORM=xcb", f"HOME={folder}"]
     arguments = [f"env:={env}", "mode:=lockstep", *condition.arguments]
@@ -117,8 +141,8 @@ def launch(settings, master, env, condition, folder):
     for command in condition.beside:
         run(command)
     if condition.topic:
-        is_there = functools.partial(master.has_subscriber, condition.topic)
-        await_true(is_there, f"a subscriber of {condition.topic}")
+        what = f"a subscriber of {condition.topic}"
+        wait_for(lambda: has_subscriber(master, condition.topic), what, STARTUP_TIMEOUT)
 
 
 def transport(settings):
@@ -130,10 +154,11 @@ def transport(settings):
         command = [settings.programs / program, *options, *seconds]
         return plan.add(side, WALKER, command, settings.two_cores)
 
-    with Master(settings) as master:
-        options = {"mode": "lockstep", "env": WALKER}
-        name, _ = master.server("walker_sim_null_server", cores=settings.two_cores, **options)
-        ours = add("our client, no physics", "walker_sim_benchmark", "client", "--server", name)
+    with start_master(settings) as master:
+        null_server = "walker_sim_null_server"
+        server = master.server(program=null_server, cores=settings.two_cores, env=WALKER)
+        client = ["walker_sim_benchmark", "client", "--server", server.name]
+        ours = add("our client, no physics", *client)
         against(ours, add("raw TCP", "walker_sim_ping_pong", *MESSAGE_SIZES))
         return plan.run(settings.rounds(4))
 
@@ -143,19 +168,18 @@ def step_batch(settings):
     cores = settings.two_cores
     threads = {"threads": len(cores)}
     seconds = ["--seconds", settings.seconds(0.4)]
-    with Master(settings) as master:
+    with start_master(settings) as master:
         batches = {}
         for size in BATCHES:
-            name, _ = master.server(
+            server = master.server(
                 namespace=f"/batch_{size}",
-                mode="lockstep",
                 env=WALKER,
                 num_envs=size,
                 num_threads=len(cores),
                 publish_clock=str(size == BATCHES[0]).lower(),
             )
-            command = [settings.programs / "walker_sim_benchmark", "batch", "--server", name]
-            command += seconds
+            command = [settings.programs / "walker_sim_benchmark", "batch"]
+            command += ["--server", server.name, *seconds]
             batches.update(plan.add("step_batch", WALKER, command, cores, (size,), **threads))
         command = ["--num-envs", ",".join(map(str, BATCHES)), "--threads", len(cores), *seconds]
         command = settings.ours("pool", WALKER, *command)
@@ -193,18 +217,19 @@ def watch(settings, period, rows, number_busy=0, **parameters):
     period = max(settings.seconds(period), MIN_PERIOD)
     parameters["diagnostic_period"] = period
     try:
-        with Master(settings) as master:
+        with start_master(settings) as master:
             cores = settings.two_cores
             master.server(mode="free", paused="true", cores=cores, **parameters)
-            master.process([settings.programs / "topic_agent", "_agent:=heuristic"], cores)
-            call_service("/walker_sim/unpause")
+            master.start([settings.programs / "topic_agent", "_agent:=heuristic"], cores)
+            unpause = ["rosservice", "call", "/walker_sim/unpause"]
+            subprocess.run(unpause, check=True, stdout=subprocess.DEVNULL, timeout=STARTUP_TIMEOUT)
             for _ in range(number_busy):
-                master.process(BUSY, settings.two_cores)
+                master.start(BUSY, settings.two_cores)
             skipped = 1 if parameters.get("real_time_factor") == 0 else 0
             for report in diagnostics(2 + skipped, period)[skipped:]:
                 for key, row in rows.items():
                     row.values.append(float(report[key]))
-    except (Failure, KeyError, ValueError) as failure:
+    except (Failure, KeyError, ValueError, subprocess.SubprocessError) as failure:
         for row in rows.values():
             row.error = f"{type(failure).__name__}: {failure}"
 
@@ -216,7 +241,7 @@ def start(settings):
         row = Row("start", env, "roslaunch", "s")
         rows.append(row)
         try:
-            with Master(settings) as master:
+            with start_master(settings) as master:
                 for _ in range(settings.rounds(3)):
                     row.values.append(seconds_to_the_first_step(settings, master, env))
         except Failure as failure:
@@ -228,7 +253,7 @@ def seconds_to_the_first_step(settings, master, env):
     service = "/walker_sim/step_batch"
     arguments = [f"env:={env}", "mode:=lockstep", "rviz:=false", "status:=false"]
     begin = time.perf_counter()
-    process = master.process(["roslaunch", "walker_sim", "walker.launch", *arguments])
+    process = master.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
     try:
         master.await_service(service, process)
         command = [settings.programs / "walker_sim_benchmark", "batch", "--server", "/walker_sim"]
@@ -236,6 +261,6 @@ def seconds_to_the_first_step(settings, master, env):
         run_slice(command, settings.two_cores, settings.folder)
         seconds = time.perf_counter() - begin
     finally:
-        stop(process)
-    await_true(lambda: not master.has_service(service), f"the end of {service}")
+        process.end(signal.SIGINT, STARTUP_TIMEOUT)
+    wait_for(lambda: not master.service_uri(service), f"the end of {service}", STARTUP_TIMEOUT)
     return seconds

@@ -3,11 +3,10 @@
 import os
 import pathlib
 import re
-import sys
-import types
 
 import numpy as np
 import pytest
+from processes import Master
 from running import Arguments, run_example
 from stable_baselines3 import PPO
 from walker_sim.sb3 import VecEnv
@@ -47,15 +46,12 @@ def test_loaded_policy_does_the_same(learnt):
     assert EVALUATED.search(again)[0] == EVALUATED.search(text)[0]
 
 
-def test_loaded_policy_does_the_same_over_ros(learnt, tmp_path):
-    sys.path.append(str(pathlib.Path(__file__).parent.parent / "bench"))
-    from ros import Master
-
+def test_loaded_policy_does_the_same_over_ros(learnt):
     folder, text = learnt
     programs = pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"])
-    options = {"mode": "lockstep", "num_envs": NUM_ENVS, "autoreset_mode": "same_step"}
-    with Master(types.SimpleNamespace(folder=tmp_path, programs=programs)) as master:
-        name, _ = master.server(env="BipedalWalker-v3", **options)
-        where = ("--transport", "ros", "--server", name)
+    options = {"num_envs": NUM_ENVS, "autoreset_mode": "same_step"}
+    with Master(programs, exports=True) as master:
+        server = master.server(env="BipedalWalker-v3", **options)
+        where = ("--transport", "ros", "--server", server.name)
         remote = run_example("sb3_ppo", *SIZES, "--load", "walker.zip", *where, folder=folder)
     assert EVALUATED.search(remote)[0] == EVALUATED.search(text)[0]

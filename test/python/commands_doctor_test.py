@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import walker_sim
-from ros import free_port
+from processes import free_port
 from walkers import IDS, ROBOTS
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2] / "src/python/walker_sim"

@@ -6,23 +6,17 @@ import json
 import os
 import pathlib
 import resource
-import signal
 import socket
-import types
 import urllib.parse
-import xmlrpc.client
 from typing import NamedTuple
 
 import pytest
+from processes import Master
 
 
 @pytest.fixture(scope="module")
-def master(tmp_path_factory):
-    from ros import Master
-
-    programs = pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"])
-    folder = tmp_path_factory.mktemp("ros")
-    with Master(types.SimpleNamespace(folder=folder, programs=programs)) as running:
+def master():
+    with Master(pathlib.Path(os.environ["WALKER_SIM_PROGRAMS"]), exports=True) as running:
         yield running
 
 
@@ -157,33 +151,21 @@ def held(uri):
     with socket.socket() as holder:
         holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         with contextlib.suppress(OSError):
-            holder.bind(("", urllib.parse.urlparse(uri).port or 0))
+            holder.bind(("", urllib.parse.urlparse(uri or "").port or 0))
         yield
 
 
 @pytest.fixture
 def serve(master):
-    from ros import await_true, stop
-
-    processes = []
-    services = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-
-    def uri_of(name):
-        return services.lookupService("/test", f"{name}/get_spec")[2]
+    servers = []
 
     def start(env="BipedalWalker-v3", namespace=None, **parameters):
-        parameters = {"mode": "lockstep", "publish_clock": "false", **parameters}
         namespace = namespace or f"/server_{next(NUMBERS)}"
-        name = f"{namespace}/walker_sim"
-        before = uri_of(name)
-        with held(services.lookupNode("/test", name)[2]):
-            _, process = master.server(namespace=namespace, env=env, **parameters)
-            processes.append(process)
-            # The master keeps a killed server's registration until a server of that name registers.
-            await_true(lambda: uri_of(name) not in (before, ""), f"another {name}", process)
-        return name, process
+        with held(master.node_uri(f"{namespace}/walker_sim")):
+            parameters = {"env": env, "publish_clock": "false", **parameters}
+            servers.append(master.server(namespace=namespace, **parameters))
+        return servers[-1].name, servers[-1]
 
     yield start
-    for process in processes:
-        process.send_signal(signal.SIGCONT)  # a test may have stopped it
-        stop(process)
+    for server in servers:
+        server.end()

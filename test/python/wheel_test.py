@@ -26,7 +26,7 @@ sys.path[:0] = [str(TEST), str(TEST / "bench"), str(TEST / "server")]
 import recorded_episodes  # noqa: E402
 import try_wheel  # noqa: E402
 from elf import search_paths, strange_paths  # noqa: E402
-from ros import free_port  # noqa: E402
+from processes import free_port  # noqa: E402
 from walkers import run_python  # noqa: E402
 
 SITE = pathlib.Path(sysconfig.get_path("platlib"))

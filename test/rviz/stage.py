@@ -9,12 +9,11 @@ import functools
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
-import types
 import xmlrpc.client
 
 import numpy as np
@@ -25,13 +24,12 @@ from walker_sim._core import Agent, Policy
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
-sys.path += [str(pathlib.Path(__file__).resolve().parents[1] / n) for n in ("bench", "server")]
-import bare_ros
-import ros
-from launched import start_screen
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+import processes
+from processes import Master, Processes, start_screen
 
 TIMEOUT = 60.0  # [s]; only a failing test waits that long
-wait_for = functools.partial(bare_ros.wait_for, timeout=TIMEOUT)
+wait_for = functools.partial(processes.wait_for, timeout=TIMEOUT)
 # In some of 100 starts on a busy machine, Mesa's software renderer crashes rviz while it compiles
 # its first shaders. Either libLLVM segfaults, called by swrast in a buffer swap, with none of our
 # code on the stack, or the C library detects heap corruption in a process with none of our code.
@@ -45,8 +43,8 @@ CRASH_OF_RVIZ = re.compile(
 
 
 class Screen:
-    def __init__(self, start, width, height):
-        self.display = start_screen(start, f"{width}x{height}")
+    def __init__(self, processes, width, height):
+        self.display = start_screen(processes.start, f"{width}x{height}")
         self._environment = {**os.environ, "DISPLAY": self.display}
 
     def grab(self, box=None):
@@ -88,16 +86,20 @@ class Stage:
     """
 
     def __init__(self, width=1360, height=860):
-        with contextlib.ExitStack() as resources:
-            folder = tempfile.TemporaryDirectory(prefix="walker_sim_rviz_")
-            self._folder = pathlib.Path(resources.enter_context(folder))
-            settings = types.SimpleNamespace(folder=self._folder, programs=None)
-            master = resources.enter_context(ros.Master(settings))
-            self.screen = Screen(master.process, width, height)
-            self.close = resources.pop_all().close
+        self._master = Master(exports=True)
+        self.close = self._master.close
+        try:
+            self._begin(width, height)
+        except BaseException:
+            self.close()
+            raise
+
+    def _begin(self, width, height):
+        self.screen = Screen(self._master, width, height)
+        folder = os.environ["ROS_HOME"]
         os.environ.update(
-            HOME=str(self._folder),  # rviz stores its settings there
-            XDG_RUNTIME_DIR=str(self._folder),
+            HOME=folder,  # rviz stores its settings there
+            XDG_RUNTIME_DIR=folder,
             DISPLAY=self.screen.display,
             QT_QPA_PLATFORM="xcb",
             ROSCONSOLE_FORMAT="[${severity}] [${node}]: ${message}",
@@ -117,12 +119,12 @@ class Stage:
         with self._changed:
             for of_topic in self._transforms.values():
                 of_topic.clear()
-        with contextlib.ExitStack() as processes:
+        # SIGTERM ends rviz while the master still has its registrations.
+        with Processes(by=signal.SIGINT) as processes:
             if ns:
                 arguments = [f"ns:={ns}", "publish_clock:=true", *arguments]
             arguments = [f"mode:={mode}", *arguments]
-            log = self._folder / "roslaunch.log"
-            yield Show(self, processes, env, agent, log, f"/{ns}" if ns else "", arguments)
+            yield Show(self, processes, env, agent, f"/{ns}" if ns else "", arguments)
 
     def _take_transforms(self, message, topic):
         """Stores the transforms by their frames' names without a prefix."""
@@ -144,12 +146,12 @@ class NodeHasEnded(AssertionError):
 class Show:
     """`space` is the namespace with a leading slash, or empty."""
 
-    def __init__(self, stage, processes, env, agent, log, space, arguments):
-        self.screen, self._stage, self._processes, self._log = stage.screen, stage, processes, log
+    def __init__(self, stage, processes, env, agent, space, arguments):
+        self.screen, self._stage, self._processes = stage.screen, stage, processes
         self.space = space
         arguments = [f"env:={env}", "rviz:=true", "status:=false", *arguments]
         for left in reversed(range(MAX_STARTS)):
-            log.write_bytes(b"")
+            self._started = []
             self._launch = self.start(["roslaunch", "walker_sim", "walker.launch", *arguments])
             try:
                 wait_for(self._alive_and(self._all_are_connected), "rviz to connect")
@@ -249,17 +251,16 @@ class Show:
 
     def _alive_and(self, condition):
         def checked():
-            if self._launch.poll() is not None or "has died" in self.log():
+            if not self._launch.is_running() or "has died" in self.log():
                 raise NodeHasEnded(f"a node has ended:\n{self.log()}")
             return condition()
 
         return checked
 
     def log(self):
-        return self._log.read_text(errors="replace")
+        return "".join(process.output() for process in self._started)
 
     def start(self, command):
-        """Starts another process, whose output is appended to the log."""
-        process = ros.start(command, self._log)
-        self._processes.callback(ros.stop, process)
-        return process
+        """Starts another process, whose output becomes a part of the log."""
+        self._started.append(self._processes.start(command))
+        return self._started[-1]

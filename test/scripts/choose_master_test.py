@@ -8,9 +8,7 @@ import threading
 import unittest
 import xmlrpc.client
 
-from bare_ros import CALLER, TIMEOUT, OwnMaster, wait_for
-from launched import Launched
-from ros import free_port
+from processes import CALLER, TIMEOUT, Launched, Master, free_port, wait_for
 from server_harness import ServerProcess
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
@@ -66,8 +64,8 @@ class ChooseMasterTest(unittest.TestCase):
 
 class ChooseNamespaceTest(unittest.TestCase):
     def setUp(self):
-        self.master = OwnMaster()
-        self.addCleanup(self.master.kill)
+        self.master = Master()
+        self.addCleanup(self.master.close)
 
     def choose(self, *arguments):
         status, printed, told = choose(*arguments, uri=self.master.uri)
@@ -91,11 +89,10 @@ class ChooseNamespaceTest(unittest.TestCase):
 
     def pids(self, namespace=""):
         """Returns the PIDs that a walker's nodes report; None if the master does not know one."""
-        master = xmlrpc.client.ServerProxy(self.master.uri)
         found = []
         for name in ("walker_sim", "agent", "status_line"):
-            code, _, uri = master.lookupNode(CALLER, f"{namespace}/{name}")
-            if code != 1:
+            uri = self.master.node_uri(f"{namespace}/{name}")
+            if uri is None:
                 return None
             found.append(xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2])
         return found

@@ -1,43 +1,22 @@
 """ROS over plain sockets, for what no client library offers.
 
-That is: incomplete requests, subscribers that do not read, calls without a master, and masters that
-a test kills.
+That is: incomplete requests, subscribers that do not read, and calls without a master.
 """
 
 import io
 import mmap
 import os
-import signal
 import socket
 import struct
-import subprocess
-import sys
-import time
 import xmlrpc.client
 
-import rosgraph
-from ros import free_port
-
-TIMEOUT = 30.0  # wall seconds; only a failing test waits that long
-CALLER = "/server_test"
+from processes import CALLER, TIMEOUT, wait_for
 
 
-def wait_for(condition, what, timeout=TIMEOUT):
-    """Returns the first true value; raises AssertionError with `what` after the timeout."""
-    deadline = time.monotonic() + timeout
-    while True:
-        value = condition()
-        if value:
-            return value
-        if time.monotonic() > deadline:
-            raise AssertionError(f"timed out after {timeout} s waiting for {what}")
-        time.sleep(0.005)
-
-
-def wait_for_service(name):
-    """Waits until the service is registered at the master."""
+def wait_for_service(name, process=None):
+    """Waits until the service is registered at the master, or the process ends."""
     master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-    wait_for(lambda: master.lookupService(CALLER, name)[0] == 1, name)
+    wait_for(lambda: master.lookupService(CALLER, name)[0] == 1, name, process=process)
 
 
 def receive_exactly(connection, size):
@@ -75,6 +54,18 @@ def exchange_headers(connection, peer_class, **fields):
     return read_header(connection)
 
 
+def request_bytes(service_class, **fields):
+    buffer = io.BytesIO()
+    service_class._request_class(**fields).serialize(buffer)
+    return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
+
+
+def receive_reply(connection):
+    """Returns whether the server has replied, and the response's bytes or the reason."""
+    fine, size = struct.unpack("<BI", receive_exactly(connection, 5))
+    return fine, receive_exactly(connection, size)
+
+
 class BareClient:
     """A persistent service client on a socket, without a master or a node."""
 
@@ -90,9 +81,7 @@ class BareClient:
             raise ConnectionError(answer["error"])
 
     def request_bytes(self, **fields):
-        buffer = io.BytesIO()
-        self._class._request_class(**fields).serialize(buffer)
-        return struct.pack("<I", len(buffer.getvalue())) + buffer.getvalue()
+        return request_bytes(self._class, **fields)
 
     def __call__(self, **fields):
         self.send(**fields)
@@ -104,10 +93,8 @@ class BareClient:
 
     def receive(self):
         """Waits for the response to the oldest request in flight."""
-        fine = receive_exactly(self.connection, 1)
-        size = struct.unpack("<I", receive_exactly(self.connection, 4))[0]
-        data = receive_exactly(self.connection, size)
-        if fine != b"\x01":
+        fine, data = receive_reply(self.connection)
+        if not fine:
             raise RuntimeError(f"the server dropped the reply: {data.decode(errors='replace')}")
         return self._class._response_class().deserialize(data)
 
@@ -185,38 +172,3 @@ class BareSubscriber:
 
     def close(self):
         self.connection.close()
-
-
-class OwnMaster:
-    """A ROS master that a test can kill or halt."""
-
-    def __init__(self):
-        self.port = free_port()
-        self.uri = f"http://localhost:{self.port}"
-        code = "import rosmaster; rosmaster.rosmaster_main()"
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", code, "--core", "-p", str(self.port)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        wait_for(self._answers, "the test's own master")
-
-    def _answers(self):
-        try:
-            rosgraph.Master(CALLER, self.uri).getPid()
-        except OSError:
-            return False
-        return True
-
-    def hang(self):
-        """Halts the master: the kernel still accepts connections, but nothing answers."""
-        self._process.send_signal(signal.SIGSTOP)
-
-    def go_on(self):
-        self._process.send_signal(signal.SIGCONT)
-
-    def kill(self):
-        if self._process.poll() is None:
-            self._process.kill()
-        self._process.wait()

@@ -7,8 +7,8 @@ import re
 import tempfile
 
 import rosbag
-from bare_ros import wait_for
 from catkin.find_in_workspaces import find_in_workspaces
+from processes import wait_for
 from server_harness import ServerTest, recorded_topics
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -5,8 +5,10 @@ import os
 import signal
 import socket
 import struct
+from unittest import mock
 
-from bare_ros import wait_for, wait_for_service
+from bare_ros import wait_for_service
+from processes import wait_for
 from server_harness import Process, ServerTest
 
 LISTEN = "0A"  # the state in /proc/net/tcp
@@ -36,23 +38,16 @@ def ports(pid):
 
 class ListeningTest(ServerTest):
     def hosts_of(self, node, count):
-        try:
-            wait_for(lambda: len(ports(node.pid)) >= count, f"{count} ports of {node.name}")
-        except AssertionError as error:
-            raise AssertionError(f"{error}; its output:\n{node.output()}") from None
+        what = f"{count} ports of {node.name}"
+        wait_for(lambda: len(ports(node.pid)) >= count, what, process=node)
         return {host for host, _ in ports(node.pid)}
 
     def start_node(self, node_type, **environment):
         """Starts a node without the test's own ROS_HOSTNAME and ROS_IP."""
-        before = dict(os.environ)
-        for name in ("ROS_HOSTNAME", "ROS_IP"):
-            os.environ.pop(name, None)
-        os.environ.update(environment)
-        try:
+        names = {"ROS_HOSTNAME", "ROS_IP"}
+        inherited = {key: value for key, value in os.environ.items() if key not in names}
+        with mock.patch.dict(os.environ, {**inherited, **environment}, clear=True):
             node = Process(node_type, f"/{node_type}_here")
-        finally:
-            os.environ.clear()
-            os.environ.update(before)
         self.addCleanup(node.end)
         return node
 

@@ -9,8 +9,8 @@ import re
 
 import rosgraph
 import rospy
-from bare_ros import CALLER, wait_for, wait_for_service
-from launched import Launched
+from bare_ros import wait_for_service
+from processes import CALLER, Launched, wait_for
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from server_harness import ServerTest, pid_of

@@ -4,7 +4,7 @@ import threading
 
 import rosgraph
 import rospy
-from bare_ros import CALLER, wait_for
+from processes import CALLER, wait_for
 from sensor_msgs.msg import JointState
 from server_harness import ServerTest, bits
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension

@@ -7,8 +7,9 @@ import threading
 import time
 
 import rosgraph
-from bare_ros import BareSubscriber, OwnMaster, wait_for
+from bare_ros import BareSubscriber
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from processes import Master, wait_for
 from server_harness import DT, STAND, Process, ServerTest, nanoseconds, statuses
 from walker_sim.msg import Transition
 
@@ -94,7 +95,7 @@ class RobustnessTest(ServerTest):
         address = server.service_address("step").getpeername()
         uri = server.uri()
         self.assert_serves()
-        master.kill()
+        master.process.kill()
         begin = time.monotonic()
         self.assert_serves(2000)  # 40 s of simulation time
         self.last = self.reset(has_seed=True, seed=2).transition
@@ -109,8 +110,8 @@ class RobustnessTest(ServerTest):
         self.assertEqual(server.stop(signal.SIGINT, MAX_EXIT), 0, server.output())
 
     def own_master(self):
-        master = OwnMaster()
-        self.addCleanup(master.kill)
+        master = Master()
+        self.addCleanup(master.close)
         return master
 
     def wait_for_pace(self, diagnostics, level, words=""):
@@ -127,12 +128,12 @@ class RobustnessTest(ServerTest):
         server = self.serve_lockstep(master_uri=master.uri)
         diagnostics = self.subscribe("/diagnostics", DiagnosticArray)
         self.wait_for_pace(diagnostics, DiagnosticStatus.OK)
-        master.hang()
+        master.process.halt()
         self.assert_serves(3000)  # 60 s of simulation time, with no confirmed reservation
         self.wait_for_pace(diagnostics, DiagnosticStatus.WARN, "the ROS master does not answer")
         self.last = self.reset(has_seed=True, seed=2).transition
         self.assert_serves(1000)
-        master.go_on()  # time is reserved again
+        master.process.send_signal(signal.SIGCONT)  # time is reserved again
         self.wait_for_pace(diagnostics, DiagnosticStatus.OK)
         self.assertEqual(server.output().count("the ROS master does not answer"), 1)
         self.assert_serves(2000)
@@ -140,20 +141,22 @@ class RobustnessTest(ServerTest):
         server.kill()
         server = self.serve_lockstep(master_uri=master.uri)
         self.assertGreater(nanoseconds(self.last), last)
-        master.hang()
+        master.process.halt()
         self.assertEqual(server.stop(timeout=MAX_EXIT), 0, server.output())
 
     def test_free_running_continues_after_the_master_is_killed_or_hangs(self):
-        for disturb, end in ((OwnMaster.kill, signal.SIGTERM), (OwnMaster.hang, signal.SIGINT)):
+        # A server is stepping when its master is killed, and paused when it begins to hang.
+        for is_hanging, end in ((False, signal.SIGTERM), (True, signal.SIGINT)):
             master = self.own_master()
-            is_hanging = disturb is OwnMaster.hang  # otherwise the server is stepping by then
             factor, steps = (100.0, 3000) if is_hanging else (10.0, 150)
             server = self.serve(master_uri=master.uri, real_time_factor=factor, paused=is_hanging)
             unpause = self.client("unpause")
             transitions = self.subscribe("/transition", Transition)
-            disturb(master)
             if is_hanging:
+                master.process.halt()
                 self.assertTrue(unpause().success)
+            else:
+                master.process.kill()
             first = nanoseconds(transitions.next())
             while nanoseconds(transitions.next()) < first + steps * DT:
                 pass
@@ -161,7 +164,7 @@ class RobustnessTest(ServerTest):
 
     def test_signals_end_a_starting_server_while_the_master_hangs(self):
         master = self.own_master()
-        master.hang()
+        master.process.halt()
         servers = [Process("server", f"/server_{i}", (), master.uri) for i in range(2)]
         for server, end in zip(servers, (signal.SIGINT, signal.SIGTERM)):
             self.addCleanup(server.end)

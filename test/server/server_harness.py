@@ -21,49 +21,36 @@ from urllib.parse import urlparse
 import rosgraph
 import roslib.packages
 import rospy
-from bare_ros import CALLER, TIMEOUT, BareClient, BareSubscriber, wait_for
+from bare_ros import BareClient, BareSubscriber
 from catkin.find_in_workspaces import find_in_workspaces
 from diagnostic_msgs.msg import DiagnosticArray
-from launched import LoggedProcess
 from nav_msgs.msg import Odometry
+from processes import CALLER, TIMEOUT, LoggedProcess, wait_for
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState, LaserScan
 from std_msgs.msg import Float64, Float64MultiArray
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
-from walker_sim.msg import Contacts, Transition
-from walker_sim.srv import (
-    GetSpec,
-    GetWorlds,
-    Render,
-    Reset,
-    ResetBatch,
-    Restore,
-    SetRealTimeFactor,
-    SetWorld,
-    Snapshot,
-    Step,
-    StepBatch,
-    StepMany,
-)
+from walker_sim import srv
+from walker_sim.msg import Contacts, Transition, World, WorldParameter
 
 DT = 20_000_000  # ns
 FALL = [1.0, 1.0, 1.0, -1.0]  # BipedalWalker falls within 60 steps
 STAND = [1.0, 1.0, -1.0, 1.0]  # it stands astride for thousands of steps
 SERVICES = {
-    "reset": Reset,
-    "step": Step,
-    "reset_batch": ResetBatch,
-    "step_batch": StepBatch,
-    "step_many": StepMany,
-    "get_spec": GetSpec,
-    "get_worlds": GetWorlds,
-    "render": Render,
-    "snapshot": Snapshot,
-    "restore": Restore,
-    "set_real_time_factor": SetRealTimeFactor,
-    "set_world": SetWorld,
+    "reset": srv.Reset,
+    "step": srv.Step,
+    "reset_batch": srv.ResetBatch,
+    "step_batch": srv.StepBatch,
+    "step_many": srv.StepMany,
+    "get_spec": srv.GetSpec,
+    "get_worlds": srv.GetWorlds,
+    "render": srv.Render,
+    "snapshot": srv.Snapshot,
+    "restore": srv.Restore,
+    "set_real_time_factor": srv.SetRealTimeFactor,
+    "set_world": srv.SetWorld,
 }
 # Topics whose messages have the state's stamp; in fast lock-step only /transition has all states.
 STATE_TOPICS = {
@@ -125,12 +112,7 @@ def pid_of(name):
 
 def registered_uri(name, pid):
     """The node's XML-RPC URI, or "" until process `pid` has registered it."""
-    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-    uri = master.lookupNode(CALLER, name)[2]
-    try:
-        return uri if uri and xmlrpc.client.ServerProxy(uri).getPid(CALLER)[2] == pid else ""
-    except OSError:  # the registration of a killed node
-        return ""
+    return rosgraph.Master(CALLER).lookupNode(name) if pid_of(name) == pid else ""
 
 
 def nanoseconds(stamped):
@@ -176,6 +158,19 @@ def same_experience(one, other):
     )
 
 
+def to_message(world):
+    """The message of a preset, or of ranges or values by name."""
+    if isinstance(world, str):
+        return World(preset=world)
+    ranges = {k: v if isinstance(v, list) else [v, v] for k, v in world.items()}
+    return World("", [WorldParameter(name, *ends) for name, ends in ranges.items()])
+
+
+def values_of(parameters):
+    assert all(each.low == each.high for each in parameters), parameters
+    return {each.name: each.low for each in parameters}
+
+
 class Process(LoggedProcess):
     """A node of this package as a process.
 
@@ -192,24 +187,13 @@ class Process(LoggedProcess):
             environment["ROS_NAMESPACE"] = namespace
         super().__init__([node_path(node_type), f"__name:={base}", *arguments], **environment)
 
-    def wait(self, timeout=TIMEOUT):
-        """Returns the exit status. After the timeout, kills it and raises AssertionError."""
-        try:
-            return self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            self.kill()
-            raise AssertionError(
-                f"{self.name} did not end within {timeout} s; its output:\n{self.output()}"
-            ) from None
-
     def stop(self, by=signal.SIGINT, timeout=TIMEOUT):
         """Signals the node once it handles signals, and returns its exit status.
 
         Before, SIGINT may be lost: processes of a background job begin with it ignored.
         """
         wait_for(lambda: not self.is_running() or catches(self.pid, by), f"{self.name} to begin")
-        if self.is_running():
-            self._process.send_signal(by)
+        self.send_signal(by)
         return self.wait(timeout)
 
 
@@ -218,8 +202,7 @@ class ServerProcess(Process):
 
     def __init__(self, name, parameters=None, master_uri=None, arguments=()):
         name = name if name.startswith("/") else "/" + name
-        self.master_uri = master_uri or os.environ["ROS_MASTER_URI"]
-        self.master = xmlrpc.client.ServerProxy(self.master_uri)
+        self.master = xmlrpc.client.ServerProxy(master_uri or os.environ["ROS_MASTER_URI"])
         self.master.deleteParam(CALLER, name)
         for key, value in (parameters or {}).items():
             code, message, _ = self.master.setParam(CALLER, f"{name}/{key}", value)
@@ -228,15 +211,13 @@ class ServerProcess(Process):
 
     def wait_until_it_serves(self):
         def serves():
-            if not self.is_running():
-                raise AssertionError(f"{self.name} ended at its start:\n{self.output()}")
             try:
                 self.service_address("set_physics_properties").close()  # registered last
             except OSError:
                 return False
             return True
 
-        wait_for(serves, f"{self.name} to serve")
+        wait_for(serves, f"{self.name} to serve", process=self)
         return self
 
     def uri(self):
@@ -443,19 +424,14 @@ class ServerTest(unittest.TestCase):
     def start_recorder(self, bag, *topics):
         """Runs `rosbag record` as node /recorder."""
         program = roslib.packages.find_node("rosbag", "record")[0]
-        recorder = subprocess.Popen(
-            [program, f"--output-name={bag}", *topics, "__name:=recorder"],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-        )
-        self.addCleanup(recorder.wait)
+        command = [program, f"--output-name={bag}", *topics, "__name:=recorder"]
+        recorder = LoggedProcess(command)
         self.addCleanup(recorder.kill)
         return recorder
 
     def stop_recorder(self, recorder):
         time.sleep(0.5)  # rosbag does not report what it has received
-        recorder.send_signal(signal.SIGINT)
-        self.assertEqual(recorder.wait(TIMEOUT), 0)
+        self.assertEqual(recorder.end(signal.SIGINT), 0, recorder.output())
 
     def call(self, name, **fields):
         with contextlib.closing(self.server.client(name)) as client:

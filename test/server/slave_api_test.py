@@ -5,7 +5,8 @@ import unittest
 import xmlrpc.client
 
 import rosservice
-from bare_ros import CALLER, BareSubscriber, header_bytes, wait_for, wait_for_service
+from bare_ros import BareSubscriber, header_bytes, wait_for_service
+from processes import CALLER, wait_for
 from roscpp.srv import GetLoggers, SetLoggerLevel
 from rosgraph_msgs.msg import Log
 from server_harness import BareClient, Process, registered_uri, urlparse

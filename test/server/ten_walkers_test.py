@@ -7,8 +7,8 @@ import time
 
 import rosgraph
 import rospy
-from bare_ros import CALLER, TIMEOUT, wait_for
-from launched import Launched
+from bare_ros import wait_for_service
+from processes import CALLER, Launched, wait_for
 from rosgraph_msgs.msg import Clock
 from server_harness import ServerTest, pid_of, publishers_of
 from std_srvs.srv import Trigger
@@ -48,10 +48,7 @@ class TenWalkersTest(ServerTest):
     def setUp(self):
         """Records all transitions and /clock."""
         for walker in WALKERS:
-            try:
-                rospy.wait_for_service(f"{node(walker)}/get_spec", TIMEOUT)
-            except rospy.ROSException as error:
-                raise AssertionError(f"{error}; roslaunch:\n{self.launched.output()}") from None
+            wait_for_service(f"{node(walker)}/get_spec", self.launched)
         self.clock = self.record("/clock", Clock)
         self.transitions = {w: self.record(f"{w}/transition", Transition) for w in WALKERS}
         for recorder in self.transitions.values():

@@ -6,12 +6,13 @@ import signal
 import sys
 import threading
 import time
+import xmlrpc.client
 
 import usage
 import walker_sim
-from bare_ros import CALLER, BareSubscriber, header_bytes
-from graph import ROOT, STARTUP_TIMEOUT, await_true, command_of, step_request
-from launched import EXIT_TIMEOUT, children_of, start_screen
+from bare_ros import BareSubscriber, header_bytes, request_bytes
+from graph import ROOT, await_true, command_of
+from processes import CALLER, EXIT_TIMEOUT, STARTUP_TIMEOUT, children_of, start_screen
 from walk import Pair
 from walker_sim.msg import Transition
 from walker_sim.srv import Reset, Step
@@ -43,13 +44,11 @@ def kill_client(soak):
         header = header_bytes({**fields, "md5sum": Step._md5sum})
         host, port = graph.address(f"{server.name}/step")
         watched = usage.Usage(server.pid)
-        request = step_request([0.1, -0.1, 0.2, 0.0])
+        request = request_bytes(Step, action=[0.1, -0.1, 0.2, 0.0])
         for number in soak.rounds():
             words = [host, port, header.hex(), request.hex()]
             victim = graph.start([sys.executable, "-S", "-c", VICTIM, *words])
-            end = time.monotonic() + 30
-            while "runs" not in victim.output() and time.monotonic() < end:
-                time.sleep(0.002)
+            await_true(lambda v=victim: "runs" in v.output(), "the client", process=victim)
             time.sleep(soak.random.uniform(0, 0.05))
             victim.kill()
             # The server still executes a request that it has received. Once it serves a later
@@ -72,7 +71,7 @@ def kill_master(soak):
             server = graph.server()
             pair = Pair(server.name, graph.uri, TIMEOUT)
             equal = pair.reset(number) and pair.step()  # opens both connections
-            killer = threading.Timer(soak.random.uniform(0, 0.1), graph.master.kill)
+            killer = threading.Timer(soak.random.uniform(0, 0.1), graph.process.kill)
             killer.start()
             while killer.is_alive():
                 equal = pair.step() and equal
@@ -143,7 +142,8 @@ def forget(graph):
     for topic, nodes in graph.ask("getSystemState")[1]:
         for node in nodes:
             if node.startswith("/rviz"):
-                graph.forget(node, topic)
+                with xmlrpc.client.ServerProxy(graph.uri) as master:
+                    master.unregisterSubscriber(node, topic, graph.node_uri(node) or "")
 
 
 def kill_server(soak):

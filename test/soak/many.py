@@ -10,9 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 import gymnasium
 import numpy as np
 import usage
-from bare_ros import CALLER, BareSubscriber, header_bytes, read_header, receive_exactly
-from graph import await_true, step_request
-from launched import processor_time
+from bare_ros import BareSubscriber, header_bytes, read_header, receive_reply, request_bytes
+from graph import await_true
+from processes import CALLER, processor_time
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 from walk import Pair
@@ -29,7 +29,7 @@ def many_clients(soak):
         reset = graph.client(f"{server.name}/reset", Reset)
         address = graph.address(f"{server.name}/step")
         fields = {"callerid": CALLER, "service": f"{server.name}/step", "md5sum": Step._md5sum}
-        request = header_bytes(fields) + step_request([1.0, 1.0, -1.0, 1.0])
+        request = header_bytes(fields) + request_bytes(Step, action=[1.0, 1.0, -1.0, 1.0])
         reset(has_seed=True, seed=1)
         watched, latency, wrong = usage.Usage(server.pid), usage.Latency(), 0
         soak.begin()
@@ -53,9 +53,8 @@ def call_once(address, request):
     with socket.create_connection(address, timeout=30) as connection:
         connection.sendall(request)
         read_header(connection)
-        fine, size = receive_exactly(connection, 1), receive_exactly(connection, 4)
-        data = receive_exactly(connection, int.from_bytes(size, "little"))
-        assert fine == b"\x01", data
+        fine, data = receive_reply(connection)
+        assert fine, data
         assert connection.recv(1) == b"", "more than an answer"
     return Step._response_class().deserialize(data)
 

@@ -11,7 +11,7 @@ import time
 import traceback
 
 TEST = pathlib.Path(__file__).resolve().parents[1]
-sys.path += [str(TEST / name) for name in ("server", "python", "bench")]
+sys.path += [str(TEST / name) for name in ("", "server", "python", "bench")]
 
 import full_disk  # noqa: E402
 import fuzz  # noqa: E402
@@ -22,8 +22,8 @@ import lossy_network  # noqa: E402
 import many  # noqa: E402
 import tally as tallies  # noqa: E402
 import walker_sim  # noqa: E402
-from launched import children_of  # noqa: E402
 from measure import PACKAGES, describe_machine  # noqa: E402
+from processes import children_of  # noqa: E402
 
 # Parts that run one after another, and their shares of the time.
 SHARES = {
