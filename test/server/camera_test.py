@@ -9,8 +9,8 @@ import signal
 
 import numpy
 import rosgraph_msgs.msg
-from bare_ros import wait_for
 from geometry_msgs.msg import Vector3
+from processes import wait_for
 from sensor_msgs.msg import CameraInfo, Image
 from server_harness import DT, STAND, ServerTest, bits, nanoseconds
 from tf2_msgs.msg import TFMessage
@@ -190,47 +190,19 @@ class CameraTest(ServerTest):
 
     def test_parameters_of_a_request_move_the_camera(self):
         self.lockstep("Walker2d-v5")
-        images = {
-            self.picture(*names, values=values).data
-            for names, values in (
-                ([], []),
-                (["camera_name"], [""]),
-                (["camera_name", "camera_distance"], ["", "8"]),
-                (["camera_name", "lookat"], ["", "[0, 0, 0.5]"]),
-            )
-        }
-        self.assertEqual(len(images), 4)
-
-    def test_unknown_camera_of_a_parameter_is_named(self):
-        self.lockstep("Walker2d-v5", camera_name="nowhere")
-        reply = self.render()
-        self.assertFalse(reply.success)
-        self.assertIn("nowhere", reply.status_message)
+        free = self.picture("camera_name", values=[""]).data
+        moved = self.picture("camera_name", "lookat", values=["", "[0, 0, 0.5]"]).data
+        self.assertEqual(len({free, moved, self.picture().data}), 3)
 
     def test_render_draws_the_current_state(self):
         self.lockstep()
-        images = []
-        for _ in range(3):
-            self.advance(5)
-            image = self.picture()
-            self.assertEqual((image.width, image.height, image.step), (600, 400, 1800))
-            self.assertEqual((image.encoding, image.is_bigendian), ("rgb8", 0))
-            self.assertEqual(len(image.data), 600 * 400 * 3)
-            self.assertEqual(nanoseconds(image), nanoseconds(self.last))
-            self.assertEqual(self.picture(encoding="rgb8").data, image.data)
-            images.append(image.data)
-        self.assertEqual(len(set(images)), 3)
-
-    def test_parameters_of_a_request_override_the_server_s(self):
-        self.lockstep(camera_width=90, camera_height=60)
-        for names, values, size in (
-            ([], [], (90, 60)),
-            (["width"], ["30"], (30, 60)),
-            (["camera_height", "width"], ["20", "30"], (30, 20)),
-        ):
-            image = self.picture(*names, values=values)
-            self.assertEqual((image.width, image.height), size)
-            self.assertEqual(len(image.data), 3 * size[0] * size[1])
+        self.advance(5)
+        image = self.picture()
+        self.assertEqual((image.width, image.height, image.step), (600, 400, 1800))
+        self.assertEqual((image.encoding, image.is_bigendian), ("rgb8", 0))
+        self.assertEqual(len(image.data), 600 * 400 * 3)
+        self.assertEqual(nanoseconds(image), nanoseconds(self.last))
+        self.assertEqual(self.picture(encoding="rgb8").data, image.data)
 
     def test_free_running_time_advances_meanwhile(self):
         self.serve()

@@ -2,12 +2,11 @@
 
 import math
 import statistics
-import subprocess
 import time
 
 import rospy
-from bare_ros import wait_for
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from processes import LoggedProcess, wait_for
 from server_harness import ServerTest
 from std_msgs.msg import Float64MultiArray
 from walker_sim.msg import Transition
@@ -104,12 +103,9 @@ class DiagnosticsTest(ServerTest):
     def test_jitter_and_step_time_of_a_paced_simulation(self):
         self.serve(diagnostic_period=0.5)
         pace = self.report("pace", lambda r: r.values["jitter_p50_us"] != "-", "jitter")
-        jitter = pace.numbers(JITTER)
-        self.assertGreaterEqual(jitter[0], 0)
-        self.assertEqual(sorted(jitter), list(jitter))
+        self.assertEqual(sorted(pace.numbers(JITTER)), pace.numbers(JITTER))
         mean, longest = pace.numbers(STEP_TIME)
-        self.assertGreater(mean, 0)
-        self.assertLessEqual(mean, longest)
+        self.assertTrue(0 < mean <= longest)
         self.assertLess(mean, 20_000, "a step of the environment takes microseconds")
         self.call("pause")
         begin = time.monotonic()
@@ -177,12 +173,8 @@ class DiagnosticsTest(ServerTest):
     def other_agent(self):
         """Publishes effort commands from another node."""
         words = "{data: [0.5, 0.5, 0.5, 0.5]}"
-        other = subprocess.Popen(
-            ["rostopic", "pub", "-r", "20", "/effort_command", "std_msgs/Float64MultiArray", words],
-            stdout=subprocess.DEVNULL,
-        )
-        self.addCleanup(other.wait)
-        self.addCleanup(other.kill)
+        other = ["rostopic", "pub", "-r", "20", "/effort_command", "std_msgs/Float64MultiArray"]
+        self.addCleanup(LoggedProcess([*other, words]).kill)
 
     def test_second_agent_by_topic_is_a_warning(self):
         self.serve(command_timeout=30.0)
@@ -223,12 +215,10 @@ class DiagnosticsTest(ServerTest):
         self.serve(mode="lockstep")
         mine = self.client("step")
         other = self.client("step", caller="/another")
-        step_many = self.client("step_many", caller="/another")
         self.call("reset", has_seed=True, seed=1)
         actions = {"action": [0.0] * 4}
         mine(**actions)
         other(**actions)
-        step_many(steps=2, **actions)
         calm = self.report("commands")
         self.assertEqual((calm.level, calm.values["contested_steps"]), (OK, "0"))
         mine(**actions)
@@ -247,33 +237,6 @@ class DiagnosticsTest(ServerTest):
         calm = self.report("commands", lambda r: r.level == OK, "the end of the warning")
         self.assertEqual(calm.values["contested_steps"], "1")
 
-    def test_failed_simulation_is_an_error_until_the_reset(self):
-        self.serve(
-            env="Walker2d-v5",
-            mode="lockstep",
-            reset_noise_scale=1e6,
-            terminate_when_unhealthy=False,
-        )
-        reset, step = self.client("reset"), self.client("step")
-        state = reset(has_seed=True, seed=2).transition
-        while not state.terminated:
-            state = step(action=[1.0] * 6).transition
-        self.assertTrue(state.error)
-        failed = self.report("simulation", lambda r: r.level == ERROR, "the failure")
-        self.assertEqual(failed.message, f"simulation failed: {state.error}")
-        self.assertEqual(self.report("episodes").values["failed"], "1")
-        reset(has_seed=True, seed=2)
-        fine = self.report("simulation", lambda r: r.level == OK, "the end of the failure")
-        self.assertEqual(fine.values["simulation_errors"], "1")
-
-    def test_failure_of_an_earlier_episode_is_reported(self):
-        self.serve(env="Walker2d-v5", reset_noise_scale=1e6, real_time_factor=4.0)
-        self.report(
-            "simulation",
-            lambda r: r.level == ERROR and "since the last report" in r.message,
-            "the failure",
-        )
-
     def test_statistics_of_episodes(self):
         self.serve(mode="lockstep", max_episode_steps=100)
         none = self.report("episodes")
@@ -286,9 +249,6 @@ class DiagnosticsTest(ServerTest):
             while not (state.terminated or state.truncated):
                 state = step(action=[seed % 2, -1.0 * (seed % 2)] * 2).transition
             ended.append(state)
-        reset(has_seed=True, seed=7)
-        step(action=[1.0] * 4)
-        reset(has_seed=True, seed=8)  # an interrupted episode does not count
         report = self.report(
             "episodes", lambda r: r.values["finished_episodes"] == "4", "all episodes"
         )

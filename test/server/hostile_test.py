@@ -9,12 +9,15 @@ import io
 import itertools
 import math
 import random
+import re
 import struct
 import sys
 
-from bare_ros import receive_exactly, wait_for
+from bare_ros import receive_reply, request_bytes
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
-from server_harness import SERVICES, Bytes, ServerTest, bits, nanoseconds, same_experience
+from geometry_msgs.msg import Vector3
+from processes import wait_for
+from server_harness import SERVICES, Bytes, ServerTest, bits, memory, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty, Trigger
 from walker_sim.msg import World, WorldParameter
@@ -48,18 +51,13 @@ SHORT, LONG = "ends within a field", "longer than its type"
 
 
 def request_of(name, fields):
-    buffer = io.BytesIO()
-    ALL[name]._request_class(**fields).serialize(buffer)
-    return buffer.getvalue()
+    """The request's bytes after its length."""
+    return request_bytes(ALL[name], **fields)[4:]
 
 
-def physics(**changes):
-    """Fields of a request that changes nothing of a BipedalWalker, with these changes."""
-    request = SetPhysicsProperties._request_class(time_step=0.02)
-    request.gravity.z = -10.0
-    for name, value in changes.items():
-        setattr(request.gravity if name in "xyz" else request, name, value)
-    return {name: getattr(request, name) for name in request.__slots__}
+def physics(time_step=0.02):
+    """Fields of a request that changes nothing of a BipedalWalker by its default."""
+    return {"time_step": time_step, "gravity": Vector3(0.0, 0.0, -10.0)}
 
 
 class Caller:
@@ -78,8 +76,7 @@ class Caller:
         """Returns the message of a refusal or "", and the response or None."""
         connection = self.client(name).connection
         connection.sendall(struct.pack("<I", len(body)) + body)
-        fine, size = struct.unpack("<BI", receive_exactly(connection, 5))
-        data = receive_exactly(connection, size)
+        fine, data = receive_reply(connection)
         if not fine:
             return data.decode(), None
         response = ALL[name]._response_class().deserialize(data)
@@ -268,18 +265,11 @@ class HostileTest(ServerTest):
         self.assert_refused(table)
         self.assert_refused(self.batch_table())
         self.assert_refused(self.render_table())
-        self.assert_refused(
-            [
-                ("set_real_time_factor", {"factor": f}, "in mode lockstep")
-                for f in (0.0, 1.0, NAN, -INF)
-            ]
-            + [
-                ("set_physics_properties", physics(**{name: value}), name.strip("xyz") or "gravity")
-                for name in ("time_step", "max_update_rate", "x", "y", "z")
-                for value in (NAN, INF, -INF, 5e-3, -1.0, 1e308)
-            ]
-            + [("unpause_physics", {}, "in lockstep")]
-        )
+        factors = (0.0, 1.0, NAN, -INF)
+        table = [("set_real_time_factor", {"factor": f}, "in mode lockstep") for f in factors]
+        table.append(("set_physics_properties", physics(INF), "time_step = inf"))
+        table.append(("unpause_physics", {}, "in lockstep"))
+        self.assert_refused(table)
 
     def batch_table(self):
         count = self.num_envs
@@ -293,22 +283,14 @@ class HostileTest(ServerTest):
             ({"environments": [0, 0]}, r"environments\[1\] = 0; is listed"),
             ({"environments": [0] * MILLION}, "a request of"),
         ]
-        worlds = [World("moon", [])]
         table = [
             ("set_world", {"worlds": [World("x" * MILLION, [])]}, "/set_world: a request of"),
             ("set_world", {"worlds": [World("x" * 30_000, [])]}, "preset x+.*bytes left out"),
             ("set_world", {"worlds": [World("\x1b[2J", [])]}, r"preset \\x1b\[2J: unknown"),
-            ("set_world", {"worlds": worlds, "environments": [0, 0]}, r"environments\[1\] = 0; is"),
-            ("set_world", {"worlds": worlds * (count + 1)}, f"worlds has {count + 1} values"),
-            *(
-                (
-                    "set_world",
-                    {"worlds": [World("", [WorldParameter("gravity", *ends)])]},
-                    "gravity",
-                )
-                for ends in itertools.product((NAN, INF, -INF, 1e308, 5e-324), repeat=2)
-            ),
         ]
+        for ends in itertools.product((NAN, INF, -INF, 1e308, 5e-324), repeat=2):
+            world = World("", [WorldParameter("gravity", *ends)])
+            table.append(("set_world", {"worlds": [world]}, "gravity"))
         for index in (count, count + 1, 2**31, MAX_UINT32):
             message = rf"= {index}; must be below num_envs = {count}"
             resets.append(({"environments": [0, index]}, rf"environments\[1\] {message}"))
@@ -346,22 +328,6 @@ class HostileTest(ServerTest):
         twice = {"parameter_names": ["width"] * 2, "parameter_values": ["8"] * 2}
         return [("render", *row) for row in [*rows, (twice, "width: given twice")]]
 
-    def test_invalid_camera(self):
-        self.serve(mode="lockstep", env="Walker2d-v5")
-        caller = Caller(self.server)
-        self.addCleanup(caller.close)
-        caller.ask("reset")
-        for name, value, pattern in (
-            ("camera_name", "\x1b[2J\n" * 1000, r"camera_name = \\x1b\[2J\\n.*bytes left out"),
-            ("camera_id", "99", "camera_id = 99"),
-            ("lookat", "[0, 0]", "lookat = .*: must be"),
-            ("distance", "nan", "distance = .*: must be"),
-        ):
-            words, _ = caller.call("render", parameter_names=[name], parameter_values=[value])
-            self.assertRegex(words, pattern)
-            self.assertTrue(words.isprintable(), words)
-        self.assertEqual(caller.ask("render").image.width, 480)
-
     def test_invalid_values_of_many_walkers(self):
         self.serve_two(num_envs=3)
         self.assert_refused(self.batch_table())
@@ -392,64 +358,27 @@ class HostileTest(ServerTest):
         self.assertTrue(same_experience(reply.transition, other.transition))
         self.assert_untouched()
 
-    def test_extreme_valid_values_of_many_walkers(self):
-        self.serve_two(num_envs=3)
-        for action, same in EXTREME_ACTIONS:
-            one = self.troubled.ask("step_batch", actions=action * 3)
-            other = self.quiet.ask("step_batch", actions=same * 3)
-            self.assertEqual(bits(one.observations), bits(other.observations))
-            self.assertEqual(bits(one.rewards), bits(other.rewards))
-        self.assert_untouched()
-        for seeds in ([0, 2**64 - 1, 2**63], [1, 1, 1]):
-            one, other = self.both("reset_batch", has_seed=[1, 255, 1], seeds=seeds)
-            self.assertEqual(bits(one.observations), bits(other.observations))
-            self.assert_untouched()
-        one, other = self.both("reset_batch", environments=[2, 0])
-        self.assertEqual(bits(one.observations), bits(other.observations))
-        self.assert_untouched()
-
-    def test_calls_before_and_after_an_episode(self):
+    def test_calls_before_the_first_episode_and_wrong_records(self):
         self.serve_two(begins=False, max_episode_steps=0)
-        steps = ("step", "step_many")
-        requests = {name: self.good_requests().get(name, {}) for name in (*steps, "step_batch")}
-        for name in (*requests, "snapshot", "render"):
-            words, _ = self.troubled.call(name, **requests.get(name, {}))
+        for name in ("step", "step_many", "step_batch", "snapshot", "render"):
+            words, _ = self.troubled.call(name, **self.good_requests().get(name, {}))
             self.assertRegex(words, "there is no episode yet", name)
         for caller in (self.troubled, self.quiet):
             caller.ask("reset")  # uses the seed parameter
         self.assert_untouched()
         record = self.troubled.ask("snapshot").record
-        index = record.spec.parameter_names.index("hardcore")
-        for path, value, pattern in (
+        for path, value, pattern in (  # test/episode has all refusals of records
             ("episode.length", MAX_UINT32, "actions has 4 values; must have 17179869180"),
             ("episode.length", 0, "actions has 4 values; must have 0"),
-            ("actions", [], "actions has 0 values; must have 4"),
-            ("actions", [0.5] * 3, "actions has 3 values; must have 4"),
-            ("actions", [0.5] * 5, "actions has 5 values; must have 4"),
-            ("actions", [0.5, NAN, 0.5, 0.5], r"step 1 of the record: action\[1\] .* = nan"),
-            ("actions", [INF] * 4, r"step 1 of the record: action\[0\] \(hip_1\) = inf"),
-            ("checksums", [1], "checksums has 1 values; must have none or 2"),
-            ("checksums", [1, 2], "step 0 of the record: checksum = 1"),
-            ("episode.seed", 9, "generator_state is not that of seed = 9"),
-            ("spec.id", "Walker2d-v4", "id = Walker2d-v4 in the record; here it is Bipedal"),
             ("spec.id", "\x1b[2J" * 20_000, r"id = \\x1b\[2J"),
             ("spec.id", "\n" * MILLION, r"id = \\n"),
             ("spec.engine", "", "engine =  in the record; here it is Box2D"),
-            ("spec.engine_version", "1.0", "engine_version = 1.0 in the record; here it is 2.3"),
             ("spec.parameter_names", ["a"] * 9, "parameter_values has"),
-            (f"spec.parameter_values.{index}", "true", "hardcore = true in the record; here it is"),
         ):
-            self.assert_refused([("restore", {"record": changed(record, path, value)}, pattern)])
-        while True:  # until the walker falls
-            one, other = self.both("step", action=[1.0, 1.0, 1.0, -1.0])
-            self.assertTrue(same_experience(one.transition, other.transition))
-            if one.transition.terminated:
-                break
-        for name in steps:
-            words, _ = self.troubled.call(name, **requests[name])
-            self.assertRegex(words, r"the episode ended after \d+ steps", name)
-        self.begin_again()
-        self.assert_untouched()
+            part, name = path.split(".")
+            wrong = copy.deepcopy(record)
+            setattr(getattr(wrong, part), name, value)
+            self.assert_refused([("restore", {"record": wrong}, pattern)])
 
     def test_free_running_server(self):
         self.serve_two(begins=False, mode="free", real_time_factor=1.0)
@@ -461,52 +390,44 @@ class HostileTest(ServerTest):
             self.assertRegex(self.troubled.call(name, **fields)[0], pattern)
         self.troubled.ask("pause")
         self.begin_again()
-        self.assert_refused(
-            [
-                ("set_real_time_factor", {"factor": factor}, "real_time_factor = .*: must be")
-                for factor in (NAN, INF, -INF, -1e-300, 1000.1, 1e308)
-            ]
-            + [
-                ("set_physics_properties", physics(max_update_rate=rate), "max_update_rate = ")
-                for rate in (NAN, INF, -1.0, 1e308)
-            ]
-        )
+        words, wrong = "real_time_factor = .*: must be", (NAN, INF, -INF, -1e-300, 1000.1, 1e308)
+        self.assert_refused([("set_real_time_factor", {"factor": f}, words) for f in wrong])
         for factor in (0.0, 5e-324, 1000.0):
             self.troubled.ask("set_real_time_factor", factor=factor)
             self.assert_untouched(f"factor {factor}")
 
     def test_effort_commands(self):
+        """roscpp's own deserializers would allocate the claimed number of elements first."""
         self.serve_two(mode="free", paused=True)
         publisher = self.commander(Bytes)
         good = command(ACTION)
         chance = random.Random(1)
         bad = [command([1.0] * size) for size in (0, 3, 5, 1000, MILLION)]
         bad += [command([value, 0.0, 0.0, 0.0]) for value in (NAN, INF, -INF)]
-        bad += [good[:-1], b"", good + b"\0", bytes(2**20 + 1)]
-        bad += [struct.pack("<III", 0, 0, MAX_UINT32)]
+        bad += [good[:-1], b""]
+        claims = [(0, 0, 2**31 - 1), (0, 0, MAX_UINT32)]  # numbers of elements
+        claims += [(2**31 - 1, *[0] * 16), (1, 2**31 - 1, *[0] * 16)]  # of dimensions; of letters
+        bad += [struct.pack(f"<{len(claim)}I", *claim) for claim in claims]
         bad += [bytes(chance.randrange(256) for _ in range(40)) for _ in range(3)]
+        bad += [good + b"\0", bytes(2**20 + 1)]
+        before = memory(self.server.pid)
         for count, data in enumerate(bad, start=1):
             publisher.publish(Bytes(data))
             wait_for(lambda n=count: self.counter("refused") == n, f"the refusal of {data[:50]!r}")
             self.assert_untouched(str(data[:50]))
+        self.assertLess(memory(self.server.pid) - before, 50 * MILLION)
         for efforts in ([5e-324] * 4, [LARGEST] * 4):  # held until the next step
             publisher.publish(Bytes(command(efforts)))
             self.assert_untouched(str(efforts))
         self.assertEqual(self.counter("refused"), len(bad))
+        for data, reason in ((b"", SHORT), (bad[-2], LONG), (bad[-1], "at most 1048576")):
+            line = rf"ERROR.*Refused effort command: .*{reason}"
 
+            def is_logged(data=data, line=line):
+                publisher.publish(Bytes(data))  # again: the log is throttled
+                return re.search(line, self.server.output())
 
-def changed(record, path, value):
-    """Returns a copy of the record with another value at a dotted path."""
-    record = copy.deepcopy(record)
-    *parents, name = path.split(".")
-    target = record
-    for parent in parents:
-        target = getattr(target, parent)
-    if name.isdigit():
-        target[int(name)] = value
-    else:
-        setattr(target, name, value)
-    return record
+            wait_for(is_logged, reason)
 
 
 def command(efforts):

@@ -6,7 +6,7 @@ import rosgraph
 import rospy
 import tf2_msgs.msg
 import visualization_msgs.msg
-from server_harness import DT, ServerTest, nanoseconds, same_experience
+from server_harness import ServerTest, nanoseconds
 from walker_sim.srv import Reset, Step
 
 BIPEDAL_WALKER = ["hull", "upper_leg_1", "lower_leg_1", "upper_leg_2", "lower_leg_2", "lidar"]
@@ -35,9 +35,8 @@ class NamespacesTest(ServerTest):
         self.assertTrue(reply.success, reply.status_message)
         return reply.transition
 
-    def step(self, space, action=None):
-        action = action or [0.0] * (6 if space == "/three" else 4)
-        reply = self.proxies(space)[1](action)
+    def step(self, space):
+        reply = self.proxies(space)[1]([0.0] * (6 if space == "/three" else 4))
         self.assertTrue(reply.success, reply.status_message)
         return reply.transition
 
@@ -57,15 +56,6 @@ class NamespacesTest(ServerTest):
             for service in served:
                 self.assertTrue(service.startswith(f"{node}/"), service)
         self.assertEqual(dict(publishers)["/clock"], ["/one/walker_sim"])
-
-    def test_step_affects_its_own_server_only(self):
-        one, two = self.reset("/one", 1), self.reset("/two", 1)
-        self.assertTrue(same_experience(one, two))
-        for _ in range(10):
-            self.step("/one", [1.0, -1.0, 0.5, 0.0])
-        following = self.step("/two")
-        self.assertEqual(following.step, 1)
-        self.assertEqual(nanoseconds(following), nanoseconds(two) + DT)
 
     def frames_of(self, space, prefix):
         """Checks the frames of a state's transforms and markers."""

@@ -21,23 +21,15 @@ from promises import (
     play,
     write_model,
 )
+<<<<<<< HEAD
 from server_harness import ServerTest, recorded_topics, run_program
 from walker_sim.msg import EpisodeRecord, World, WorldParameter
+=======
+from server_harness import ServerTest, to_message, values_of
+from walker_sim.msg import EpisodeRecord
+>>>>>>> ac9ee7eb (Tests: the server's Python tests keep what needs messages, the wire or a master)
 
 MODES = ("next_step", "same_step", "disabled")
-
-
-def to_message(world):
-    if isinstance(world, str):
-        return World(preset=world)
-    ranges = {
-        name: ends if isinstance(ends, list) else [ends, ends] for name, ends in world.items()
-    }
-    return World("", [WorldParameter(name, *ends) for name, ends in ranges.items()])
-
-
-def values_of(parameters):
-    return {each.name: each.low for each in parameters}
 
 
 class Services:
@@ -68,7 +60,7 @@ def info_of(names, values):
 
 
 class Singles(SingleWalkers):
-    """~reset, ~set_world, ~snapshot, ~restore, and ~step and ~step_many in turn."""
+    """~reset, ~set_world, ~snapshot, ~restore, and ~step, ~step_many and ~step_batch in turn."""
 
     def __init__(self, spec, services):
         super().__init__(spec.action_size, spec.info_names)
@@ -89,12 +81,23 @@ class Singles(SingleWalkers):
 
     def step_one(self, walker, action):
         self.num_steps += 1
-        if self.num_steps % 2:
-            state = self.services[walker].step(action=action).transition
+        services = self.services[walker]
+        if self.num_steps % 3 == 0:
+            self.add_batch(walker, services.step_batch(actions=action))
+            return
+        if self.num_steps % 3 == 1:
+            state = services.step(action=action).transition
         else:
-            state = self.services[walker].step_many(action=action, steps=1).transition
+            state = services.step_many(action=action, steps=1).transition
         ends = state.terminated, state.truncated
         self.add_step(walker, state.observation, state.reward, *ends, self.info_of(state))
+
+    def add_batch(self, walker, reply):
+        info = info_of(self.info_names, reply.info)
+        if reply.failures:
+            info["error"] = reply.failures[0]
+        ends = reply.terminated[0], reply.truncated[0]
+        self.add_step(walker, reply.observations, reply.rewards[0], *ends, info)
 
     def set_world(self, walker, world):
         self.services[walker].set_world(worlds=[to_message(world)])

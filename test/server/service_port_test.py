@@ -6,27 +6,15 @@ import os
 import resource
 import socket
 import struct
-import subprocess
 import threading
 import time
 
-import rosgraph
 import rospy
-import rosservice
-from bare_ros import (
-    CALLER,
-    TIMEOUT,
-    BareClient,
-    SharedConnection,
-    header_bytes,
-    read_header,
-    receive_exactly,
-    wait_for,
-)
+from bare_ros import BareClient, SharedConnection, header_bytes, read_header, receive_reply
+from processes import CALLER, TIMEOUT, wait_for
 from server_harness import STAND, ServerProcess, ServerTest, memory
-from std_srvs.srv import Trigger
 from walker_sim.msg import EnvironmentSpec, EpisodeRecord
-from walker_sim.srv import GetSpec, Render, Restore, Step
+from walker_sim.srv import GetSpec, Step
 
 MEGABYTE = 1 << 20
 RST_ON_CLOSE = struct.pack("ii", 1, 0)  # for SO_LINGER
@@ -66,16 +54,20 @@ class ServicePortTest(ServerTest):
         fields = {"callerid": CALLER, "service": "/walker_sim/step", "md5sum": Step._md5sum}
         return {**fields, **changes}
 
-    def opened(self, **changes):
-        """Connects and sends a header."""
+    def connected(self, data=b""):
+        """Connects and sends these bytes."""
         connection = self.server.service_address("step")
         self.addCleanup(connection.close)
-        connection.sendall(header_bytes(self.fields(**changes)))
+        connection.sendall(data)
         return connection
 
+    def opened(self, **changes):
+        """Connects and exchanges headers. Returns the connection and the server's header."""
+        connection = self.connected(header_bytes(self.fields(**changes)))
+        return connection, read_header(connection)
+
     def receive_answer(self, connection, service=Step):
-        fine, size = struct.unpack("<BI", receive_exactly(connection, 5))
-        data = receive_exactly(connection, size)
+        fine, data = receive_reply(connection)
         return service._response_class().deserialize(data) if fine else data.decode()
 
     def assert_closed(self, connection):
@@ -83,9 +75,8 @@ class ServicePortTest(ServerTest):
 
     def test_header_describes_the_service(self):
         for md5sum in (Step._md5sum, "*"):
-            connection = self.opened(md5sum=md5sum, probe="1")
             self.assertEqual(
-                read_header(connection),
+                self.opened(md5sum=md5sum, probe="1")[1],
                 {
                     "callerid": "/walker_sim",
                     "md5sum": Step._md5sum,
@@ -96,42 +87,31 @@ class ServicePortTest(ServerTest):
             )
 
     def test_invalid_header_is_refused_with_the_reason(self):
-        cases = (
-            ({"service": "/walker_sim/nothing"}, "/walker_sim/nothing"),
-            ({"md5sum": "0" * 32}, f"{'0' * 32}.*{Step._md5sum}"),
-        )
-        for changes, what in cases:
-            connection = self.opened(**changes)
-            self.assertRegex(read_header(connection)["error"], what)
-            self.assert_closed(connection)
-        for missing in ("service", "md5sum", "callerid"):
-            connection = self.server.service_address("step")
-            fields = self.fields()
-            del fields[missing]
-            connection.sendall(header_bytes(fields))
-            self.assertRegex(read_header(connection)["error"], f"{missing} is missing")
-            self.assert_closed(connection)
-            connection.close()
-        for data, what in (
+        cases = [
             (struct.pack("<II", 8, 99) + b"four", "longer than the header"),
             (struct.pack("<I", MEGABYTE), f"a header of {MEGABYTE} bytes; at most 65536 are taken"),
             (b"\xff" * 4, "a header of 4294967295 bytes; at most 65536 are taken"),
             (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "at most 65536 are taken"),
+        ]
+        for changes, what in (
+            ({"service": "/walker_sim/nothing"}, "/walker_sim/nothing"),
+            ({"md5sum": "0" * 32}, f"{'0' * 32}.*{Step._md5sum}"),
         ):
-            connection = self.server.service_address("step")
-            connection.sendall(data)
+            cases.append((header_bytes(self.fields(**changes)), what))
+        for missing in ("service", "md5sum", "callerid"):
+            fields = self.fields()
+            del fields[missing]
+            cases.append((header_bytes(fields), f"{missing} is missing"))
+        for data, what in cases:
+            connection = self.connected(data)
             self.assertRegex(read_header(connection)["error"], what)
             self.assert_closed(connection)
-            connection.close()
         self.assert_serves()
 
     def test_connection_without_a_header_times_out(self):
-        served = self.opened(persistent="1")
-        read_header(served)
-        idle = [self.server.service_address("step") for _ in range(3)]
-        idle[1].sendall(header_bytes(self.fields())[:20])
+        served, _ = self.opened(persistent="1")
+        idle = [self.connected(data) for data in (b"", header_bytes(self.fields())[:20])]
         for connection in idle:
-            self.addCleanup(connection.close)
             self.assert_closed(connection)  # within the socket's timeout
         served.sendall(self.step.request_bytes(action=STAND))  # after its header a client may idle
         self.last = self.receive_answer(served).transition
@@ -139,14 +119,12 @@ class ServicePortTest(ServerTest):
 
     def test_connection_is_persistent_only_on_request(self):
         request = self.step.request_bytes(action=STAND)
-        once = self.opened()
-        read_header(once)
+        once, _ = self.opened()
         once.sendall(request)
         self.last = self.receive_answer(once).transition
         self.assert_closed(once)
         for persistent in ("1", "true"):
-            often = self.opened(persistent=persistent)
-            read_header(often)
+            often, _ = self.opened(persistent=persistent)
             for _ in range(3):
                 often.sendall(request)
                 self.assertEqual(self.receive_answer(often).transition.step, self.last.step + 1)
@@ -155,27 +133,24 @@ class ServicePortTest(ServerTest):
 
     def test_requests_may_be_joined_or_split(self):
         request = self.step.request_bytes(action=STAND)
-        connection = self.opened(persistent="1")
-        read_header(connection)
+        connection, _ = self.opened(persistent="1")
         connection.sendall(request * 50)
         for _ in range(50):
             self.last.step += 1
             self.assertEqual(self.receive_answer(connection).transition.step, self.last.step)
-        connection = self.server.service_address("step")
+        connection = self.connected()
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for byte in header_bytes(self.fields()) + request:
             connection.sendall(bytes([byte]))
             time.sleep(0.0005)  # so that each byte arrives alone
         read_header(connection)
         self.last = self.receive_answer(connection).transition
-        connection.close()
         self.assert_serves()
 
     def test_rest_of_an_oversized_request_is_discarded(self):
         before = memory(self.server.pid)
         for persistent in ("1", "0"):  # the server discards the rest
-            connection = self.opened(persistent=persistent)
-            read_header(connection)
+            connection, _ = self.opened(persistent=persistent)
             connection.sendall(struct.pack("<I", 100 * MEGABYTE) + bytes(100 * MEGABYTE))
             self.assertIn("at most 65536 are taken", self.receive_answer(connection))
             if persistent == "0":
@@ -192,7 +167,7 @@ class ServicePortTest(ServerTest):
         self.assertIn("must have 4", self.step(action=[0.0] * 8191).status_message)
         with self.assertRaisesRegex(RuntimeError, "a request of 65540 bytes; at most 65536"):
             self.step(action=[0.0] * 8192)
-        restore = self.server.client("restore", Restore)
+        restore = self.client("restore")
         # Bytes of the longest episode's actions and checksums, and of the most pushes.
         limit = 1_000_000 * (5 * 8 + 32)
         reply = restore(record=EpisodeRecord(actions=[0.0] * 1_000_000 * 4))
@@ -200,18 +175,16 @@ class ServicePortTest(ServerTest):
         restore.connection.sendall(struct.pack("<I", limit + 2 * MEGABYTE))
         with self.assertRaisesRegex(RuntimeError, "/walker_sim/restore: a request of"):
             restore.receive()
-        restore.close()
         # An empty string takes 4 bytes on the wire and eight times as many in memory.
         spec = EnvironmentSpec(parameter_names=[""] * 5000)
         with self.assertRaisesRegex(RuntimeError, "an array has 5000 elements; at most 4096"):
-            self.server.client("restore", Restore)(record=EpisodeRecord(spec=spec))
+            self.client("restore")(record=EpisodeRecord(spec=spec))
         self.assert_serves()
 
     def test_many_queued_requests_take_linear_time(self):
         small = struct.pack("<I", 1024) + b"\xff" * 1024
         large = struct.pack("<I", 30 * MEGABYTE) + b"\xff" * (30 * MEGABYTE)
-        restore = self.server.client("restore", Restore)
-        self.addCleanup(restore.close)
+        restore = self.client("restore")
 
         def receive(count):
             for _ in range(count):
@@ -239,21 +212,19 @@ class ServicePortTest(ServerTest):
         self.assertLess(self.server.processor_time() - begin, 0.2)
 
     def test_answers_are_sent_after_a_half_close(self):
-        connection = self.opened(persistent="1")
+        connection, _ = self.opened(persistent="1")
         connection.sendall(self.step.request_bytes(action=STAND) * 50)
         connection.shutdown(socket.SHUT_WR)
-        read_header(connection)
         for _ in range(50):
             self.last.step += 1
             self.assertEqual(self.receive_answer(connection).transition.step, self.last.step)
         self.assert_closed(connection)
-        render = self.server.client("render", Render)  # its answer is pending for a while
+        render = self.client("render")  # its answer is pending for a while
         render.connection.sendall(render.request_bytes() * 3)
         render.connection.shutdown(socket.SHUT_WR)
         for _ in range(3):
             self.assertEqual(render.receive().image.width, 600)
         self.assert_closed(render.connection)
-        render.close()
         self.assert_serves()
 
     def test_client_that_disconnects_harms_no_other(self):
@@ -282,7 +253,7 @@ class ServicePortTest(ServerTest):
 
     def test_client_may_disconnect_before_the_answer(self):
         for _ in range(50):
-            client = self.server.client("step", Step)
+            client = self.server.client("step")
             client.send(action=STAND)
             client.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RST_ON_CLOSE)
             client.close()
@@ -303,7 +274,7 @@ class ServicePortTest(ServerTest):
             steps[client] = [client(action=STAND).transition.step for _ in range(200)]
             client.close()
 
-        clients = [self.server.client("step", Step) for _ in range(8)]
+        clients = [self.server.client("step") for _ in range(8)]
         threads = [threading.Thread(target=call, args=(client,)) for client in clients]
         for thread in threads:
             thread.start()
@@ -322,8 +293,7 @@ class ServicePortTest(ServerTest):
         piece = bytes(30 * MEGABYTE)
         clients = []
         for _ in range(20):  # 600 MB
-            client = self.server.client("restore", Restore)
-            self.addCleanup(client.close)
+            client = self.client("restore")
             client.connection.sendall(struct.pack("<I", len(piece) + 1) + piece)
             clients.append(client)
             self.assert_serves(1)
@@ -344,22 +314,20 @@ class ServicePortTest(ServerTest):
         before = memory(self.server.pid)
         clients = []
         for _ in range(40):  # 480 MB
-            client = self.server.client("render", Render)
-            self.addCleanup(client.close)
+            client = self.client("render")
             client.connection.sendall(
                 client.request_bytes(
                     parameter_names=["width", "height"], parameter_values=["2000", "2000"]
                 )
             )
             clients.append(client)
-        patient = self.server.client("render", Render)
+        patient = self.client("render")
         self.assertEqual(patient().image.width, 600)  # drawn after all others
         self.assert_serves()
         self.assertLess(memory(self.server.pid) - before, 450 * MEGABYTE)
         self.assertEqual(clients[-1].receive().image.width, 2000)
         with self.assertRaises(ConnectionError):
             clients[0].receive()
-        patient.close()
         self.assert_serves()
 
     def test_number_of_connections_is_limited(self):
@@ -369,17 +337,15 @@ class ServicePortTest(ServerTest):
             self.use_own()
         finally:
             resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
-        others = [self.server.client("step", Step) for _ in range(200 - 2)]
-        for client in others:
-            self.addCleanup(client.close)
+        others = [self.client("step") for _ in range(200 - 2)]
         with self.assertRaisesRegex(ConnectionError, "the services have 200 clients"):
-            self.server.client("step", Step)
+            self.server.client("step")
         self.assert_serves()
         others.pop().close()
 
         def accepted():
             try:
-                self.server.client("step", Step).close()
+                self.server.client("step").close()
             except ConnectionError:
                 return False
             return True
@@ -390,11 +356,10 @@ class ServicePortTest(ServerTest):
     def test_log_lines_about_clients_are_throttled(self):
         before = len(self.server.output())
         for _ in range(2000):
-            connection = self.opened(service="/nothing" + "x" * 50_000)
-            self.assertIn("[... 49808 bytes left out ...]", read_header(connection)["error"])
+            connection, header = self.opened(service="/nothing" + "x" * 50_000)
+            self.assertIn("[... 49808 bytes left out ...]", header["error"])
             connection.close()
-            connection = self.opened(persistent="1")
-            read_header(connection)
+            connection, _ = self.opened(persistent="1")
             connection.sendall(b"\xff" * 4)
             self.receive_answer(connection)
             connection.close()
@@ -406,8 +371,7 @@ class ServicePortTest(ServerTest):
     def test_control_characters_from_clients_are_escaped(self):
         evil = "/x\n[ERROR] all is lost\x1b[2J\x9b31m"
         time.sleep(1.1)  # so that the throttle passes the next refusal
-        connection = self.opened(callerid=evil, service=evil)
-        error = read_header(connection)["error"]
+        error = self.opened(callerid=evil, service=evil)[1]["error"]
         self.assertIn("/x\\n[ERROR] all is lost\\x1b[2J\\xc2\\x9b31m asks for", error)
         wait_for(lambda: "all is lost" in self.server.output(), "the log")
         self.assertNotIn("\n[ERROR] all is lost", self.server.output())
@@ -421,16 +385,8 @@ class ServicePortTest(ServerTest):
             connection = self.server.service_address("get_spec")
             self.addCleanup(connection.close)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-            connection.sendall(
-                header_bytes(
-                    {
-                        "callerid": CALLER,
-                        "service": "/walker_sim/get_spec",
-                        "md5sum": GetSpec._md5sum,
-                        "persistent": "1",
-                    }
-                )
-            )
+            service = {"service": "/walker_sim/get_spec", "md5sum": GetSpec._md5sum}
+            connection.sendall(header_bytes(self.fields(**service, persistent="1")))
             connection.setblocking(False)
             silent.append(connection)
         sent = 0
@@ -532,26 +488,3 @@ class ServicePortTest(ServerTest):
         with self.assertRaises(ValueError):  # EOF instead of memory
             self.shared_connection()
         self.assert_serves()
-
-    def test_serves_rosservice_and_rospy(self):
-        self.assertEqual(rosservice.get_service_node("/walker_sim/step"), "/walker_sim")
-        self.assertEqual(rosservice.get_service_args("/walker_sim/step"), "action")
-        command = ["rosservice", "call", "/walker_sim/step", str(STAND)]
-        message = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        self.last.step += 1
-        self.assertIn(f"step: {self.last.step}\n", message)
-        for persistent in (True, False):
-            rospy.wait_for_service("/walker_sim/step", timeout=TIMEOUT)
-            proxy = rospy.ServiceProxy("/walker_sim/step", Step, persistent=persistent)
-            for _ in range(3):
-                self.assertEqual(proxy(STAND).transition.step, self.last.step + 1)
-                self.last.step += 1
-            proxy.close()
-        self.assertTrue(rospy.ServiceProxy("/walker_sim/pause", Trigger)().success)
-        self.assert_serves()
-
-    def test_services_are_unregistered_at_exit(self):
-        self.use_own()
-        self.assertEqual(self.server.stop(), 0)
-        services = [name for name, _ in rosgraph.Master(CALLER).getSystemState()[2]]
-        self.assertEqual([name for name in services if name.startswith("/own/")], [])

@@ -7,12 +7,13 @@ import tempfile
 from xmlrpc.client import Binary
 
 import rospy
-from bare_ros import wait_for
+from processes import wait_for
 from server_harness import Process, ServerTest, builtin_model, node_path, write_model
 
 WALKER2D = {"env": "Walker2d-v5"}
-# Refused parameters, and words of the message. config_template_test.cpp has all ranges, and
-# parameters_test.cpp and private_parameters_test.cpp all kinds of invalid values.
+# Refused parameters, and words of the message. config_template_test.cpp has all ranges,
+# world_test.cpp all worlds, and parameters_test.cpp and private_parameters_test.cpp all kinds of
+# invalid values.
 REFUSED = [
     ({"env": "BipedalWalker-v9"}, ["env", "BipedalWalker-v9", "BipedalWalker-v3"]),
     ({"env": 3}, ["env", "3"]),
@@ -28,19 +29,14 @@ REFUSED = [
     ({"seed": "0x10"}, ["seed", "0x10", "18446744073709551615"]),
     ({"seed": [float("nan")]}, ["seed", ".nan", "18446744073709551615"]),
     ({"world": "moom"}, ["parameter world = moom", "neither a preset", "did you mean moon?"]),
+    ({"world": "{gravity: -5"}, ["parameter world = {gravity: -5"]),
     ({"world": "/nowhere/world.yaml"}, ["/nowhere/world.yaml", "neither a preset", "YAML file"]),
     ({"world": "/dev/zero"}, ["world /dev/zero: must be a preset or a regular YAML file"]),
-    ({"world": "{gravity: -5, gravty: -5}"}, ["world parameter gravty = -5", "gravity"]),
-    ({"world": "{gravity: -5"}, ["parameter world = {gravity: -5"]),
     ({"world": {"gravity": [-5, -9]}}, ["world parameter gravity = [-5.0, -9.0]", "low <= high"]),
-    ({"world": {"dropout": 1.5}}, ["world parameter dropout = 1.5", "[0.0, 1.0]"]),
     ({"world": 5}, ["world", "5", "text"]),
     ({**WALKER2D, "world": "high_stump_height"}, ["stump_height", "must be in [0.02, 1.0] m"]),
-    ({"real_time_factor": -1.0}, ["real_time_factor", "-1", "0"]),
     ({"real_time_factor": "1.0e4"}, ["real_time_factor = 10000.0", "[0.0, 1000.0]"]),
     ({"realtime_priority": 100}, ["realtime_priority = 100", "[0, 99]"]),
-    ({"max_topic_rate": -1.0}, ["max_topic_rate = -1.0", "[0.0, 1000000.0]"]),
-    ({"spin_us": -2}, ["spin_us = -2", "[-1, 1000]"]),
     ({"num_envs": "1.5e0"}, ["num_envs = 1.5", "an integer in [1, 100000]"]),
     ({"camera_width": 0}, ["camera_width", "0", "[1, 4096]"]),
     ({"width": 600}, ["width", "unknown", "camera_width"]),
@@ -187,16 +183,8 @@ class StartTest(ServerTest):
         server = self.start("/taken", **LOCKSTEP, **parameters)
         server.wait_until_it_serves()
         spec = server.client("get_spec")().spec
-        transition = server.client("reset")(has_seed=False).transition
         self.assertEqual(server.stop(), 0)
-        return spec, transition
-
-    def test_numbers_convert_if_nothing_is_lost(self):
-        # roslaunch passes 2, and a seed of digits, as integers. YAML 1.1 reads 1e-3 as a string.
-        _, one = self.specification(real_time_factor=2, command_timeout=1, seed=12)
-        spec, other = self.specification(seed="12", max_episode_steps="1.0e2", num_envs="1e0")
-        self.assertEqual(one.observation, other.observation)
-        self.assertEqual(spec.max_episode_steps, 100)
+        return spec
 
     def test_world_is_a_preset_a_file_a_text_or_a_mapping(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -204,11 +192,11 @@ class StartTest(ServerTest):
             with open(path, "w", encoding="utf-8") as file:
                 file.write("# a comment\ngravity: -1.62\n")
             for world in ("moon", path, "{gravity: -1.62}", {"gravity": -1.62}):
-                spec, _ = self.specification(world=world)
+                spec = self.specification(world=world)
                 found = [(p.name, p.low, p.high) for p in spec.world.parameters]
                 self.assertEqual(found, [("gravity", -1.62, -1.62)], world)
         for world in ("", "gymnasium", "{}"):
-            spec, _ = self.specification(world=world)
+            spec = self.specification(world=world)
             self.assertEqual((spec.world.preset, spec.world.parameters), ("gymnasium", []), world)
 
     def test_parameters_of_other_nodes_are_ignored(self):

@@ -6,8 +6,8 @@ import time
 
 import sensor_msgs.msg
 import tf2_msgs.msg
-from bare_ros import wait_for
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from processes import wait_for
 from server_harness import (
     MARKERS,
     STATE_TOPICS,
@@ -111,7 +111,7 @@ class Walker2dTest(TransitionsTest):
         """Steps until the engine fails. No topic contains NaN, and the next reset succeeds."""
         recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]
         reset, step = self.client("reset"), self.client("step")
-        for _ in range(3):
+        for count in (1, 2):
             state = reset(has_seed=True, seed=2).transition
             self.assertEqual((state.error, state.terminated), ("", False))
             while not state.terminated:
@@ -121,9 +121,13 @@ class Walker2dTest(TransitionsTest):
             self.assertEqual(state.reward, 0)
             self.assertEqual(bits(state.observation), bits(last.observation))
             self.assertFalse(step(action=ZERO).success, "only a reset is allowed")
+            self.await_report(DiagnosticStatus.ERROR, f"simulation failed: {state.error}")
+            for key in ("simulation_errors", "failed"):
+                self.assertEqual(self.counter(key), count)
             following = reset(has_seed=True, seed=2)
             self.assertTrue(following.success, following.status_message)
             self.assertEqual(nanoseconds(following.transition), nanoseconds(state) + self.dt)
+            self.await_report(DiagnosticStatus.OK)
             ended = self.transitions.at(nanoseconds(state))
             self.assertEqual((ended.error, ended.terminated), (state.error, True))
         end = recorders[list(TOPICS).index("/episode")].wait(lambda m: m.length > 0, "the end")
@@ -147,6 +151,7 @@ class Walker2dTest(TransitionsTest):
     def test_free_running_continues_after_an_engine_failure(self):
         self.serve(reset_noise_scale=1e6, real_time_factor=4.0, paused=True)
         self.call("unpause")
+        self.await_report(DiagnosticStatus.ERROR, "since the last report")
         self.transitions.wait(lambda m: m.episode == 5, "the fifth episode")
         self.assert_consecutive(self.transitions.messages())
         self.assertTrue(any(m.error for m in self.transitions.messages()))
@@ -162,9 +167,14 @@ class Walker2dTest(TransitionsTest):
             self.assertEqual(replies[seed].status_message, REFUSED)
         return good, bad
 
-    def simulation_reports(self):
-        messages = self.record("/diagnostics", DiagnosticArray).wait_count(3)
-        return [s.message for m in messages for s in statuses(m, "simulation")]
+    def await_report(self, level, words=""):
+        """Waits for diagnostics of the simulation with this level and these words."""
+
+        def is_it(message):
+            found = statuses(message, "simulation")
+            return any(status.level == level and words in status.message for status in found)
+
+        self.record("/diagnostics", DiagnosticArray).wait(is_it, words)
 
     def test_failed_reset_is_published_and_the_next_succeeds(self):
         self.serve(mode="lockstep", **self.cramped_walker())
@@ -179,7 +189,8 @@ class Walker2dTest(TransitionsTest):
         self.assertEqual(list(states[-1].observation), [0.0] * 17)
         self.assertTrue(all(map(math.isnan, states[-1].info)))
         self.assertEqual(self.counter("simulation_errors"), len(bad) + 1)
-        self.assertIn(f"simulation failed at its reset: {OVERFLOW}", self.simulation_reports())
+        words = f"simulation failed at its reset: {OVERFLOW}"
+        self.await_report(DiagnosticStatus.ERROR, words)
 
         recorders = [self.record(topic, kind) for topic, kind in TOPICS.items()]  # no state to draw
         refused = self.call("step", action=ZERO)
@@ -203,7 +214,8 @@ class Walker2dTest(TransitionsTest):
         self.assertTrue(all(m.error == OVERFLOW for m in self.transitions.messages()))
         self.assertEqual(self.server.output().count("the simulation failed"), 1)
         self.assertIn(f"No episode: {REFUSED}", self.server.output())
-        self.assertIn(f"simulation failed at its reset: {OVERFLOW}", self.simulation_reports())
+        words = f"simulation failed at its reset: {OVERFLOW}"
+        self.await_report(DiagnosticStatus.ERROR, words)
         self.assertEqual(self.counter("missed_deadlines"), 0)
         self.transitions.wait(lambda m: m.step > 0, "an episode")
         self.assert_consecutive(self.transitions.messages())
