@@ -26,7 +26,7 @@ using Values = std::vector<double>;
 
 constexpr std::uint32_t kSize = 3;
 constexpr std::uint32_t kShown = 1;
-constexpr std::uint64_t kSeed = ~std::uint64_t{0};  // the next walkers' are 0 and 1
+constexpr std::uint64_t kSeed = 11;
 const World kGravity{{"gravity", {-12, -8}}};
 
 MakeEnvironment maker(const std::string& id, std::int64_t max_episode_steps) {
@@ -36,15 +36,17 @@ MakeEnvironment maker(const std::string& id, std::int64_t max_episode_steps) {
 /// The parts of a server that make batch calls.
 struct BatchServer {
   explicit BatchServer(const MakeEnvironment& make, AutoresetMode mode = AutoresetMode::next_step,
-                       const World& world = {}, std::uint32_t num_envs = kSize)
-      : options(options_of(mode, world, num_envs)),
+                       const World& world = {}, std::uint32_t num_envs = kSize,
+                       std::uint64_t seed = kSeed)
+      : options(options_of(mode, world, num_envs, seed)),
         pool(make_pool(options, make)),
         calls(pool, options, account) {}
 
-  static ServerOptions options_of(AutoresetMode mode, const World& world, std::uint32_t num_envs) {
+  static ServerOptions options_of(AutoresetMode mode, const World& world, std::uint32_t num_envs,
+                                  std::uint64_t seed) {
     ServerOptions options{};
     options.mode = Mode::lockstep;
-    options.seed = kSeed;
+    options.seed = seed;
     options.num_envs = num_envs;
     options.num_threads = 2;
     options.autoreset_mode = mode;
@@ -115,6 +117,14 @@ TEST(BatchCalls, ShowTheSensorsOfAnEnvironmentAlone) {
     EXPECT_EQ(num_shown, 200);
     EXPECT_GT(alone.state().episode, 2U);
   }
+}
+
+TEST(BatchCalls, FirstResetsHaveTheServersSeedPlusTheIndex) {
+  Fakes<FakeWalker> fakes;
+  BatchServer server(fakes, AutoresetMode::next_step, {}, kSize, ~std::uint64_t{0});
+  ResetBatch::Response begun;
+  server.calls.reset({}, begun);
+  EXPECT_EQ(begun.info, (Values{-1, 0, 1}));  // the fake walker knows seeds below 100
 }
 
 struct BoundedWalker : FakeWalker {

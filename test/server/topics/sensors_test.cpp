@@ -65,12 +65,12 @@ class SensorMessages : public testing::TestWithParam<Case> {
   const Specification& specification() const { return stepper_.environment->specification(); }
 
   /// Follows the transforms from odom.
-  urdf::Pose pose_of(const std::string& frame) const {
+  Pose pose_of(const std::string& frame) const {
     if (frame == "robot/odom") return {};
     auto found = transforms_to(frame, transforms_);
     if (found.empty()) found = transforms_to(frame, constants_);
     if (found.size() != 1) throw std::out_of_range(frame);
-    return compose(pose_of(found[0].header.frame_id), to_urdf(found[0].transform));
+    return composed(pose_of(found[0].header.frame_id), to_pose(found[0].transform));
   }
 
   Stepper stepper_{GetParam().id, GetParam().parameters};
@@ -147,12 +147,11 @@ TEST_P(SensorMessages, ScanCountsFromDownwards) {
 TEST_P(SensorMessages, TransformsPlaceTheLinksAndALevelLidar) {
   walk([this] {
     for (std::size_t i = 0; i < specification().links.size(); ++i) {
-      expect_same_pose(to_urdf(sensors_.link_poses[i]), pose_of(frames_.links[i]),
-                       GetParam().tolerance, frames_.links[i]);
+      expect_same_pose(sensors_.link_poses[i], pose_of(frames_.links[i]), GetParam().tolerance,
+                       frames_.links[i]);
     }
     const Vector3& trunk = sensors_.link_poses[0].position;
-    expect_same_pose(to_urdf(Pose{trunk, rotation({1, 0, 0}, M_PI / 2)}), pose_of("robot/lidar"),
-                     1e-6, "lidar");
+    expect_same_pose({trunk, rotation({1, 0, 0}, M_PI / 2)}, pose_of("robot/lidar"), 1e-6, "lidar");
     expect_same_pose(pose_of(frames_.trunk), pose_of("robot/base_link"), 0, "base_link");
   });
 }
@@ -162,7 +161,7 @@ TEST_P(SensorMessages, OdometryIsTheTrunksWithTheTwistInItsFrame) {
     const auto& [position, orientation] = odometry_.pose.pose;
     const Quaternion attitude = to_quaternion(orientation);
     const Pose pose{{position.x, position.y, position.z}, attitude};
-    expect_same_pose(to_urdf(sensors_.link_poses[0]), to_urdf(pose), GetParam().tolerance, "trunk");
+    expect_same_pose(sensors_.link_poses[0], pose, GetParam().tolerance, "trunk");
     const geometry_msgs::Twist& twist = odometry_.twist.twist;
     expect_vector(sensors_.linear_velocity, rotated(attitude, to_vector(twist.linear)), 1e-9);
     expect_vector(sensors_.angular_velocity, to_vector(twist.angular), 1e-12);
