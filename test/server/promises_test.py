@@ -21,13 +21,8 @@ from promises import (
     play,
     write_model,
 )
-<<<<<<< HEAD
-from server_harness import ServerTest, recorded_topics, run_program
-from walker_sim.msg import EpisodeRecord, World, WorldParameter
-=======
-from server_harness import ServerTest, to_message, values_of
+from server_harness import ServerTest, recorded_topics, run_program, to_message, values_of
 from walker_sim.msg import EpisodeRecord
->>>>>>> ac9ee7eb (Tests: the server's Python tests keep what needs messages, the wire or a master)
 
 MODES = ("next_step", "same_step", "disabled")
 
