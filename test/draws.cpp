@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/random.h"
-#include "episode/effects.h"
-#include "robots/bipedal_walker/terrain_numbers.h"
-#include "robots/mujoco/course.h"
+#include "episode/disturbances.h"
+#include "robots/bipedal_walker/ground_numbers.h"
+#include "robots/mujoco/box_ground.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/export.h"
 #include "walker_sim/registry.h"
@@ -44,15 +44,15 @@ struct Drawn {
   walker::WorldValues values;
 };
 
-walker::Terrain draw_level(const std::string& id, const std::string& world, std::uint64_t seed) {
+walker::Ground draw_level(const std::string& id, const std::string& world, std::uint64_t seed) {
   Drawn drawn(id, world, seed);
   if (id.rfind("Bipedal", 0) == 0) {
-    return walker::bipedal_walker::generate_terrain(
+    return walker::bipedal_walker::draw_ground(
         drawn.generator, id == "BipedalWalkerHardcore-v3",
         walker::bipedal_walker::settings_of(drawn.values).level);
   }
-  return walker::generate_terrain(drawn.generator, walker::mujoco::kCourseSize, false,
-                                  walker::mujoco::level_of(drawn.values).value());
+  return walker::draw_ground(drawn.generator, walker::mujoco::kGroundSize, false,
+                             walker::mujoco::level_of(drawn.values).value());
 }
 
 }  // namespace
@@ -71,8 +71,8 @@ WALKER_SIM_EXPORT void walker_sim_test_draw(std::uint64_t seed, std::size_t coun
 
 /// @param numbers has room for 5000 numbers
 /// @return their count
-WALKER_SIM_EXPORT std::size_t walker_sim_test_terrain(bool hardcore, std::uint64_t seed,
-                                                      double* numbers) {
+WALKER_SIM_EXPORT std::size_t walker_sim_test_ground(bool hardcore, std::uint64_t seed,
+                                                     double* numbers) {
   const std::vector<double> drawn = walker::bipedal_walker::terrain_numbers(hardcore, seed);
   std::copy(drawn.begin(), drawn.end(), numbers);
   return drawn.size();
@@ -84,7 +84,7 @@ WALKER_SIM_EXPORT std::size_t walker_sim_test_terrain(bool hardcore, std::uint64
 WALKER_SIM_EXPORT std::size_t walker_sim_test_level(const char* id, const char* world,
                                                     std::uint64_t seed, double* numbers,
                                                     std::size_t* count) {
-  const walker::Terrain terrain = draw_level(id, world, seed);
+  const walker::Ground ground = draw_level(id, world, seed);
   double* next = numbers;
   const auto add = [&next](const auto& points) {
     for (const walker::Point& point : points) {
@@ -92,10 +92,10 @@ WALKER_SIM_EXPORT std::size_t walker_sim_test_level(const char* id, const char* 
       *next++ = point.y;
     }
   };
-  add(terrain.ground);
-  for (const auto& obstacle : terrain.obstacles) add(obstacle);
+  add(ground.points);
+  for (const auto& obstacle : ground.obstacles) add(obstacle);
   *count = static_cast<std::size_t>(next - numbers);
-  return terrain.ground.size();
+  return ground.points.size();
 }
 
 /// Writes push along x and z and action of each step of an episode, to which zeros are given.
@@ -104,7 +104,7 @@ WALKER_SIM_EXPORT void walker_sim_test_effects(const char* id, const char* world
                                                double* numbers) {
   const Drawn drawn(id, world, seed);
   const walker::Specification& specification = drawn.environment->specification();
-  walker::Effects effects(drawn.values, specification, drawn.generator.state());
+  walker::Disturbances effects(drawn.values, specification, drawn.generator.state());
   const std::vector<double> zeros(specification.action_size());
   walker::RobotStep step;
   for (std::uint32_t i = 1; i <= steps; ++i) {

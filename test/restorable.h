@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bits.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 namespace walker {
 
@@ -36,7 +36,7 @@ class Restorable {
  public:
   Restorable(const std::function<std::unique_ptr<Environment>()>& make, std::uint64_t first_seed)
       : environment_(make()), scratch_environment_(make()) {
-    EpisodeOptions options;
+    WalkerOptions options;
     options.records_actions = true;
     scratch_.configure(options);
     options.first_seed = first_seed;
@@ -71,8 +71,8 @@ class Restorable {
  private:
   std::unique_ptr<Environment> environment_;
   std::unique_ptr<Environment> scratch_environment_;
-  Episode& episode_ = episode_of(*environment_);
-  Episode& scratch_ = episode_of(*scratch_environment_);
+  Walker& episode_ = walker_of(*environment_);
+  Walker& scratch_ = walker_of(*scratch_environment_);
   EpisodeRecord record_;
 };
 

@@ -114,7 +114,7 @@ walker_sim_add_unit_tests(robots/bipedal_walker LIBRARIES ${core_libraries} LEFT
 
 set(left_out "")
 if(NOT walker2d_kernels)
-  list(APPEND left_out kernel_physics_test kernel_test trial_test)
+  list(APPEND left_out kernel_physics_test kernel_test kernel_check_test)
 endif()
 walker_sim_add_unit_tests(robots/mujoco LIBRARIES ${core_libraries} WITH robots/hopper robots/walker2d
   LEFT_OUT ${left_out})

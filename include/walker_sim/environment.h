@@ -109,7 +109,7 @@ class WALKER_SIM_EXPORT Environment {
   virtual std::optional<bool> is_healthy() const = 0;
 
  private:
-  friend class Episode;  // the only implementation
+  friend class Walker;  // the only implementation
   Environment() = default;
 };
 

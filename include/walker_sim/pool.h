@@ -14,7 +14,7 @@
 
 namespace walker {
 
-class Episode;
+class Walker;
 struct EpisodeState;
 
 /// Behaviour at the end of an episode, named as in Gymnasium's vector environments.
@@ -147,9 +147,9 @@ class WALKER_SIM_EXPORT Pool {
   /// Returns an environment, which may also be reset, stepped or loaded alone. Under same_step,
   /// `error` and `end_reason` are then still those of the pool's last call.
   Environment& environment(std::size_t index);
-  // For bindings and servers (src/episode/): the environment as an Episode, and its state after the
+  // For bindings and servers (src/episode/): the environment as a Walker, and its state after the
   // last step or reset. If same_step has just reset it, that is the ended episode's final state.
-  Episode& episode(std::size_t index);
+  Walker& walker(std::size_t index);
   const EpisodeState& outcome(std::size_t index) const;
   /// The engine's message if it failed at the last step; else empty.
   const char* error(std::size_t index) const;

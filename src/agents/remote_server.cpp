@@ -9,7 +9,7 @@
 #include <ros/this_node.h>
 
 #include "base/printable_text.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

@@ -1,4 +1,4 @@
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 #include <cmath>
 #include <cstddef>
@@ -131,7 +131,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   }
 }
 
-EpisodeRecord Episode::record() const {
+EpisodeRecord Walker::record() const {
   if (!state_.has_begun()) throw std::logic_error("there is no episode yet; reset first");
   if (state_.failed_at_reset()) {
     throw std::logic_error(std::string("there is no episode: ") + kResetFailed + "; reset first");
@@ -157,7 +157,7 @@ EpisodeRecord Episode::record() const {
   return record;
 }
 
-void Episode::begin(const EpisodeRecord& record) {
+void Walker::begin(const EpisodeRecord& record) {
   check_repeatable(record, specification());
   if (record.num_steps > kMaxRecordedSteps) {
     throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
@@ -174,7 +174,7 @@ void Episode::begin(const EpisodeRecord& record) {
   }
 }
 
-bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
+bool Walker::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
   const std::size_t size = specification().action_size();
   require_checksum(record);
   while (state_.step < record.num_steps) {
@@ -193,7 +193,7 @@ bool Episode::repeat(const EpisodeRecord& record, std::chrono::steady_clock::tim
 
 /// Pushes as in the record's next step, also with zeros, which earlier versions recorded. Those of
 /// earlier steps are in `pushes_`.
-void Episode::repeat_pushes(const EpisodeRecord& record) {
+void Walker::repeat_pushes(const EpisodeRecord& record) {
   for (std::size_t i = pushes_.size(); i < record.pushes.size(); ++i) {
     if (record.pushes[i].step != state_.step + 1) return;
     check_wrench(record.pushes[i].wrench, specification());
@@ -201,7 +201,7 @@ void Episode::repeat_pushes(const EpisodeRecord& record) {
   }
 }
 
-void Episode::require_checksum(const EpisodeRecord& record) const {
+void Walker::require_checksum(const EpisodeRecord& record) const {
   if (record.checksums.empty()) return;
   const std::uint64_t recorded = record.checksums[state_.step];
   if (recorded == checksums_.back()) return;
@@ -211,7 +211,7 @@ void Episode::require_checksum(const EpisodeRecord& record) const {
 }
 
 /// FNV-1a on 64-bit words. The shift lets a difference in a sign reach the lower bits.
-void Episode::record_checksum() {
+void Walker::record_checksum() {
   constexpr std::uint64_t kOffsetBasis = 0xcbf29ce484222325;
   constexpr std::uint64_t kPrime = 0x100000001b3;
   std::uint64_t checksum = checksums_.empty() ? kOffsetBasis : checksums_.back();

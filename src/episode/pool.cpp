@@ -11,8 +11,8 @@
 #include "base/checks.h"
 #include "base/interruption.h"
 #include "base/limits.h"
-#include "episode/episode.h"
 #include "episode/thread_pool.h"
+#include "episode/walker.h"
 
 namespace walker {
 namespace {
@@ -50,16 +50,16 @@ void write_value(Value value, T* to, std::size_t row) {
   if (to != nullptr) to[row] = value;
 }
 
-/// An episode and its autoreset state. Cache-line aligned, as different threads may write
+/// A walker and its autoreset state. Cache-line aligned, as different threads may write
 /// neighbours.
 struct alignas(kCacheLine) Slot {
-  std::unique_ptr<Episode> episode;
+  std::unique_ptr<Walker> walker;
   bool wants_reset = false;
   std::optional<std::uint64_t> seed;  ///< of the requested reset
   bool has_final = false;
   EpisodeState final_state;  ///< same_step: of the episode that ended in the last call
 
-  const EpisodeState& state() const { return episode->state(); }
+  const EpisodeState& state() const { return walker->state(); }
   /// The state after the last step or reset; with same_step possibly the ended episode's.
   const EpisodeState& outcome() const { return has_final ? final_state : state(); }
   bool is_reset_by_step() const {
@@ -106,7 +106,7 @@ struct Pool::Implementation {
         all(options.num_envs),
         arrived(options.num_envs),
         action_size(specification().action_size()),
-        group_size(std::min(slots[0].episode->group_size(), max_group(options))),
+        group_size(std::min(slots[0].walker->group_size(), max_group(options))),
         threads(options.num_envs, options.num_threads, group_size,
                 [this](const std::uint32_t* indices, std::size_t count) { work(indices, count); }) {
     std::iota(all.begin(), all.end(), 0U);
@@ -118,42 +118,42 @@ struct Pool::Implementation {
     std::vector<Slot> slots(options.num_envs);
     for (std::uint32_t i = 0; i < options.num_envs; ++i) {
       check_interruption();
-      slots[i].episode.reset(&episode_of(*make().release()));
-      Episode& episode = *slots[i].episode;
-      const Episode& first = *slots[0].episode;
-      if (!episode.can_step_together(first)) {
-        throw std::invalid_argument(name_of(i) + episode.specification().id +
+      slots[i].walker.reset(&walker_of(*make().release()));
+      Walker& walker = *slots[i].walker;
+      const Walker& first = *slots[0].walker;
+      if (!walker.can_step_together(first)) {
+        throw std::invalid_argument(name_of(i) + walker.specification().id +
                                     "; must be as the first one, " + first.specification().id +
                                     " with the same parameters");
       }
-      episode.set_index(i);
+      walker.set_index(i);
       if (options.autoreset_mode != AutoresetMode::same_step) continue;
-      slots[i].final_state = episode.state();
-      slots[i].final_state.action.reserve(episode.specification().action_size());
+      slots[i].final_state = walker.state();
+      slots[i].final_state.action.reserve(walker.specification().action_size());
       slots[i].final_state.end_reason.reserve(kMaxEndReason);
     }
     return slots;
   }
 
-  const Specification& specification() const { return slots[0].episode->specification(); }
+  const Specification& specification() const { return slots[0].walker->specification(); }
 
   /// Steps environments together, or resets those whose reset is due, and writes their rows.
   void work(const std::uint32_t* indices, std::size_t count) {
     if (is_dropping.load(std::memory_order_relaxed)) return drop(indices, count);
-    std::array<Episode::GroupStep, kMaxGroupSize> steps;
+    std::array<Walker::GroupStep, kMaxGroupSize> steps;
     for (std::size_t i = 0; i < count; ++i) {
       Slot& slot = slots[indices[i]];
-      steps[i] = {slot.episode.get(), nullptr, std::exchange(slot.seed, std::nullopt)};
+      steps[i] = {slot.walker.get(), nullptr, std::exchange(slot.seed, std::nullopt)};
       if (!slot.is_reset_by_step()) steps[i].action = actions + indices[i] * action_size;
       slot.wants_reset = false;
     }
-    Episode::step_group(steps.data(), count);
+    Walker::step_group(steps.data(), count);
     std::size_t num_resets = 0;
     for (std::size_t i = 0; i < count && resets_ended; ++i) {
       Slot& slot = slots[indices[i]];
-      if (keep_final(slot)) steps[num_resets++] = {slot.episode.get(), nullptr, {}};
+      if (keep_final(slot)) steps[num_resets++] = {slot.walker.get(), nullptr, {}};
     }
-    Episode::step_group(steps.data(), num_resets);
+    Walker::step_group(steps.data(), num_resets);
     if (batch == nullptr) return;
     std::for_each(indices, indices + count,
                   [this](std::uint32_t i) { write(slots[i], *batch, i); });
@@ -403,7 +403,7 @@ void Pool::recv(const Batch& batch, std::uint32_t* environments) {
 }
 
 void Pool::save_state(std::size_t index, std::vector<std::byte>& state) const {
-  implementation_->slot_at_rest(index).episode->save_state(state);
+  implementation_->slot_at_rest(index).walker->save_state(state);
 }
 
 void Pool::load_states(const std::vector<std::uint32_t>& environments,
@@ -419,7 +419,7 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
   for (std::size_t i = 0; i < states.size(); ++i) {
     check_step_interruption();
     try {
-      loads[i] = pool.slots[listed[i]].episode->read_state(states[i].data(), states[i].size());
+      loads[i] = pool.slots[listed[i]].walker->read_state(states[i].data(), states[i].size());
     } catch (const std::invalid_argument& error) {
       throw std::invalid_argument(name_of(listed[i]) + error.what());
     }
@@ -446,13 +446,13 @@ void Pool::set_world(const std::vector<std::uint32_t>& environments,
     checked[i] = CheckedWorld::share(specification(), worlds[i]);
   }
   for (std::size_t i = 0; i < listed.size(); ++i) {
-    pool.slots[listed[i]].episode->set_world(checked[worlds.size() == 1 ? 0 : i]);
+    pool.slots[listed[i]].walker->set_world(checked[worlds.size() == 1 ? 0 : i]);
   }
 }
 
-Environment& Pool::environment(std::size_t index) { return episode(index); }
+Environment& Pool::environment(std::size_t index) { return walker(index); }
 
-Episode& Pool::episode(std::size_t index) { return *implementation_->slot_at_rest(index).episode; }
+Walker& Pool::walker(std::size_t index) { return *implementation_->slot_at_rest(index).walker; }
 
 const EpisodeState& Pool::outcome(std::size_t index) const {
   return implementation_->slot_at_rest(index).outcome();

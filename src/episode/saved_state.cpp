@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/engine_release.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 namespace walker {
 namespace {
@@ -176,12 +176,12 @@ void StateOrigin::throw_difference(StateReader reader) const {
   refuse_state("it names its origin in another order");
 }
 
-const StateOrigin& Episode::origin() const {
+const StateOrigin& Walker::origin() const {
   if (!origin_) origin_.emplace(specification());
   return *origin_;
 }
 
-void Episode::save_state(std::vector<std::byte>& state) const {
+void Walker::save_state(std::vector<std::byte>& state) const {
   const std::size_t begin = origin().begin(state);
   StateWriter writer(state);
   write(state_, writer);
@@ -190,12 +190,12 @@ void Episode::save_state(std::vector<std::byte>& state) const {
   writer.text(to_string(world()));
   writer.text(to_string(as_numbers(world_values())));
   writer.numbers(state_.generator_state.data(), state_.generator_state.size());
-  if (effects_) effects_->save(writer);
+  if (disturbances_) disturbances_->save(writer);
   robot_->save(writer);
   StateOrigin::seal(state, begin);
 }
 
-std::function<void()> Episode::read_state(const std::byte* state, std::size_t size) {
+std::function<void()> Walker::read_state(const std::byte* state, std::size_t size) {
   StateReader reader = origin().open(state, size);
   EpisodeState read_state;
   read_state.observation.resize(state_.observation.size());
@@ -213,24 +213,25 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
   WorldValues values;
   for (const auto& [name, number] : numbers) values[name] = number.low;
   reader.numbers(read_state.generator_state.data(), read_state.generator_state.size());
-  std::shared_ptr<Effects> effects;  // std::function needs a copyable one
+  std::shared_ptr<Disturbances> disturbances;  // std::function needs a copyable one
   if (!values.empty()) {
     read_state.world = std::make_shared<const WorldValues>(values);
-    if (Effects::has_any(values)) {
-      effects = std::make_shared<Effects>(values, specification(), read_state.generator_state);
-      effects->load(reader);
+    if (Disturbances::has_any(values)) {
+      disturbances =
+          std::make_shared<Disturbances>(values, specification(), read_state.generator_state);
+      disturbances->load(reader);
     }
   }
   const bool is_alive =
       read_state.has_begun() && (!read_state.has_ended() || read_state.error.empty());
   std::function<void()> load_robot = robot_->load(reader, values, is_alive);
   reader.finish();
-  return [this, read_state = std::move(read_state), generator, world, effects,
+  return [this, read_state = std::move(read_state), generator, world, disturbances,
           load_robot = std::move(load_robot)] {
     load_robot();
     generator_ = generator;
     world_ = world;
-    effects_ = effects ? std::make_unique<Effects>(*effects) : nullptr;
+    disturbances_ = disturbances ? std::make_unique<Disturbances>(*disturbances) : nullptr;
     step_.push = {};
     step_.wrenches.clear();
     const std::uint32_t next_episode = state_.episode + 1;
@@ -245,7 +246,7 @@ std::function<void()> Episode::read_state(const std::byte* state, std::size_t si
   };
 }
 
-Progress Episode::load_state(const std::byte* state, std::size_t size, Result& result) {
+Progress Walker::load_state(const std::byte* state, std::size_t size, Result& result) {
   load_state(state, size);
   if (state_.has_begun()) copy_to(result);
   return {state_.has_begun(), state_.step, state_.episode_return};

@@ -1,8 +1,8 @@
 // Saved states of an episode. A header identifies the environment and protects the integrity:
 //
 //   magic, format version, size and checksum of all that follows, origin, then the episode (phase,
-//   last outcome), its generator, its worlds (of the resets to come; as drawn, with the effects'
-//   state) and the robot's state
+//   last outcome), its generator, its worlds (of the resets to come; as drawn, with the
+//   disturbances' state) and the robot's state
 #pragma once
 
 #include <cstddef>

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "base/limits.h"
-#include "simd/workspace.h"
+#include "simd/lane_memory.h"
 
 namespace walker {
 
@@ -96,7 +96,7 @@ class ThreadPool {
         thread_of_(num_items),
         done_(num_items) {
     make_slices(num_threads);
-    simd::workspace();  // allocates this thread's workspace, so that no step has to
+    simd::lane_memory();  // allocates this thread's lane memory, so that no step has to
     try {
       for (std::size_t i = 1; i < num_threads; ++i) threads_.emplace_back([this, i] { run(i); });
     } catch (...) {
@@ -209,7 +209,7 @@ class ThreadPool {
 
   void run(std::size_t thread) {
     try {
-      simd::workspace();
+      simd::lane_memory();
     } catch (const std::bad_alloc&) {  // NOLINT(bugprone-empty-catch): a step that needs it fails
     }
     while (true) {

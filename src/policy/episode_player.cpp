@@ -17,8 +17,8 @@
 #include "base/checks.h"
 #include "base/interruption.h"
 #include "base/limits.h"
-#include "episode/episode.h"
 #include "episode/thread_pool.h"
+#include "episode/walker.h"
 #include "policy/network.h"
 
 namespace walker {
@@ -33,10 +33,10 @@ constexpr std::size_t kRowsPerCheck = 16;
 struct Stopping : std::exception {};  // ends a worker after the failure of another one
 
 /// One call of `play`, shared by its threads.
-class Call {
+class PlayCall {
  public:
-  Call(const std::vector<const Policy*>& policies, const std::vector<EpisodeJob>& all_jobs,
-       std::vector<std::shared_ptr<const CheckedWorld>> checked_worlds)
+  PlayCall(const std::vector<const Policy*>& policies, const std::vector<EpisodeJob>& all_jobs,
+           std::vector<std::shared_ptr<const CheckedWorld>> checked_worlds)
       : jobs(all_jobs), worlds(std::move(checked_worlds)) {
     for (const Policy* policy : policies) networks.push_back(&forward_of(*policy));
   }
@@ -52,7 +52,7 @@ class Call {
     return job < jobs.size() ? std::optional(job) : std::nullopt;
   }
 
-  /// Call between groups of environments, in every thread.
+  /// PlayCall between groups of environments, in every thread.
   /// @throws Stopping; Interrupted in the caller's thread
   void check() const {
     if (is_stopping_) throw Stopping();
@@ -110,17 +110,17 @@ class Worker {
   explicit Worker(bool sums_observations) : sums_observations_(sums_observations) {}
 
   std::size_t num_envs() const { return slots_.size(); }
-  const Specification& specification() const { return slots_.front()->episode->specification(); }
+  const Specification& specification() const { return slots_.front()->walker->specification(); }
 
-  void add(std::unique_ptr<Episode> episode) {
+  void add(std::unique_ptr<Walker> walker) {
     slots_.push_back(std::make_unique<Slot>());
-    slots_.back()->episode = std::move(episode);
+    slots_.back()->walker = std::move(walker);
   }
 
   /// Plays until no job is left, or the call ends early.
   /// @param after_step called after each step of all episodes
   template <typename AfterStep>
-  void play(Call& call, AfterStep after_step) {
+  void play(PlayCall& call, AfterStep after_step) {
     playing_.clear();
     free_.clear();
     for (const std::unique_ptr<Slot>& slot : slots_) free_.push_back(slot.get());
@@ -128,7 +128,7 @@ class Worker {
     while (begin_episodes(call), !playing_.empty()) {
       act(call);
       step_together(playing_, call, [this, action_size](std::size_t i) {
-        return Episode::GroupStep{playing_[i]->episode.get(), &actions_[i * action_size]};
+        return Walker::GroupStep{playing_[i]->walker.get(), &actions_[i * action_size]};
       });
       const auto ended = std::stable_partition(playing_.begin(), playing_.end(), is_running);
       std::for_each(ended, playing_.end(), [&](Slot* slot) { conclude(*slot, call); });
@@ -140,16 +140,16 @@ class Worker {
  private:
   /// An environment and its present job.
   struct Slot {
-    std::unique_ptr<Episode> episode;
+    std::unique_ptr<Walker> walker;
     std::size_t job = 0;
     const Forward* network = nullptr;
     PlayedEpisode outcome;  // only the sums, until the episode ends
   };
 
-  static bool is_running(const Slot* slot) { return !slot->episode->state().has_ended(); }
+  static bool is_running(const Slot* slot) { return !slot->walker->state().has_ended(); }
 
   /// Gives jobs to free environments. One whose reset fails is free again.
-  void begin_episodes(Call& call) {
+  void begin_episodes(PlayCall& call) {
     while (true) {
       std::vector<Slot*> begun;
       while (!free_.empty()) {
@@ -161,7 +161,7 @@ class Worker {
       }
       if (begun.empty()) return;
       step_together(begun, call, [&](std::size_t i) {
-        return Episode::GroupStep{begun[i]->episode.get(), nullptr, call.jobs[begun[i]->job].seed};
+        return Walker::GroupStep{begun[i]->walker.get(), nullptr, call.jobs[begun[i]->job].seed};
       });
       for (Slot* slot : begun) {
         if (is_running(slot)) {
@@ -177,7 +177,7 @@ class Worker {
     }
   }
 
-  void assign(Slot& slot, std::size_t index, const Call& call) {
+  void assign(Slot& slot, std::size_t index, const PlayCall& call) {
     const EpisodeJob& job = call.jobs[index];
     slot.job = index;
     slot.network = call.networks[job.policy];
@@ -187,11 +187,11 @@ class Worker {
       slot.outcome.observation_sums.resize(size);
       slot.outcome.observation_squares.resize(size);
     }
-    slot.episode->set_world(call.worlds.empty() ? nullptr : call.worlds[job.world]);
+    slot.walker->set_world(call.worlds.empty() ? nullptr : call.worlds[job.world]);
   }
 
   /// Computes the actions of all episodes that are being played.
-  void act(const Call& call) {
+  void act(const PlayCall& call) {
     const std::size_t observation_size = specification().observation_size();
     const std::size_t action_size = specification().action_size();
     const bool is_single = specification().observation_dtype == "float32";
@@ -199,7 +199,7 @@ class Worker {
     actions_.resize(playing_.size() * action_size);
     double* row = observations_.data();
     for (Slot* slot : playing_) {
-      for (const double value : slot->episode->state().observation) {
+      for (const double value : slot->walker->state().observation) {
         *row++ = is_single ? static_cast<float>(value) : value;
       }
       if (sums_observations_) add_observation(row - observation_size, slot->outcome);
@@ -222,7 +222,7 @@ class Worker {
     const EpisodeJob& job = call.jobs[slot.job];
     throw PolicyError("policy " + std::to_string(job.policy) + ", seed " +
                       std::to_string(job.seed) + ": action " + std::to_string(*wrong) +
-                      " in step " + std::to_string(slot.episode->state().step + 1) +
+                      " in step " + std::to_string(slot.walker->state().step + 1) +
                       ": must be finite");
   }
 
@@ -236,20 +236,20 @@ class Worker {
   /// Steps or resets the environments of slots.
   /// @param step_of returns the step of the slot at an index
   template <typename StepOf>
-  static void step_together(const std::vector<Slot*>& slots, const Call& call, StepOf step_of) {
-    const std::size_t group_size = slots.front()->episode->group_size();
-    std::array<Episode::GroupStep, kMaxGroupSize> steps;
+  static void step_together(const std::vector<Slot*>& slots, const PlayCall& call, StepOf step_of) {
+    const std::size_t group_size = slots.front()->walker->group_size();
+    std::array<Walker::GroupStep, kMaxGroupSize> steps;
     for (std::size_t begin = 0; begin < slots.size(); begin += group_size) {
       const std::size_t count = std::min(group_size, slots.size() - begin);
       for (std::size_t i = 0; i < count; ++i) steps[i] = step_of(begin + i);
       call.check();
-      Episode::step_group(steps.data(), count);
+      Walker::step_group(steps.data(), count);
     }
   }
 
   /// Reports the outcome of an episode that has ended, and frees its environment.
-  void conclude(Slot& slot, Call& call) {
-    const EpisodeState& state = slot.episode->state();
+  void conclude(Slot& slot, PlayCall& call) {
+    const EpisodeState& state = slot.walker->state();
     PlayedEpisode& outcome = slot.outcome;
     outcome.episode_return = state.episode_return;
     outcome.length = state.step;
@@ -302,9 +302,9 @@ struct EpisodePlayer::Implementation {
     }
   }
 
-  std::unique_ptr<Episode> make_one() const {
+  std::unique_ptr<Walker> make_one() const {
     check_step_interruption();
-    return std::unique_ptr<Episode>(&episode_of(*make().release()));
+    return std::unique_ptr<Walker>(&walker_of(*make().release()));
   }
 
   /// Makes the environments that `num_jobs` need.
@@ -346,7 +346,7 @@ void EpisodePlayer::play(const std::vector<const Policy*>& policies,
   for (const World& world : worlds) checked.push_back(CheckedWorld::share(specification(), world));
   const std::size_t num_threads = implementation_->prepare(jobs.size());
   if (num_threads == 0) return;
-  Call call(policies, jobs, std::move(checked));
+  PlayCall call(policies, jobs, std::move(checked));
   const auto run = [&call](Worker& worker, const auto& after_step) {
     try {
       worker.play(call, after_step);

@@ -15,8 +15,8 @@
 
 #include "base/checks.h"
 #include "base/posix.h"
-#include "episode/effects.h"
-#include "episode/episode.h"
+#include "episode/disturbances.h"
+#include "episode/walker.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/client.h"

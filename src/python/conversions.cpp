@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/printable_text.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "walker_sim/registry.h"
 
 namespace walker::python {

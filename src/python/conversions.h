@@ -107,7 +107,7 @@ std::optional<Any> to_output(const pybind11::object& object, const char* name,
   return std::optional<Any>(std::in_place, object, name, size);
 }
 
-/// The arrays of walker_sim.transport.Batch, one row per environment.
+/// The arrays of walker_sim.walkers.Batch, one row per environment.
 struct StepOutputs {
   using Size = std::optional<std::size_t>;
   explicit StepOutputs(const pybind11::sequence& batch, Size rows = {}, Size observed = {},

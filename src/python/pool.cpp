@@ -16,7 +16,7 @@
 
 #include "base/engine_release.h"
 #include "base/interruption.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "walker_sim/pool.h"
@@ -62,7 +62,7 @@ class PoolBinding {
     const GilFreeLock lock(mutex_);
     pool_.reset(environments, {}, {});
     for (std::size_t i = 0; i < options_.num_envs; ++i) {
-      const EpisodeState& state = pool_.episode(i).state();
+      const EpisodeState& state = pool_.walker(i).state();
       observations_output.write_row(i, state.observation);
       std::copy(state.info.begin(), state.info.end(), info_output.data() + i * num_infos());
     }
@@ -85,13 +85,13 @@ class PoolBinding {
     Output observations(observation, "observation", observation_size());
     Output infos(info, "info", num_infos());
     const GilFreeLock lock(mutex_);
-    Episode& episode = pool_.episode(0);
-    episode.set_generator_state(generator_state);
-    episode.reset(std::nullopt);
-    const EpisodeState& state = episode.state();
+    Walker& walker = pool_.walker(0);
+    walker.set_generator_state(generator_state);
+    walker.reset(std::nullopt);
+    const EpisodeState& state = walker.state();
     observations.write(state.observation.data());
     infos.write(state.info.data());
-    return {episode.generator_state(), state.error};
+    return {walker.generator_state(), state.error};
   }
 
   /// @param generator_state if not None, is set before saving
@@ -99,7 +99,7 @@ class PoolBinding {
     std::vector<std::byte> state;
     {
       const GilFreeLock lock(mutex_);
-      if (generator_state) pool_.episode(0).set_generator_state(*generator_state);
+      if (generator_state) pool_.walker(0).set_generator_state(*generator_state);
       pool_.save_state(0, state);
     }
     return to_bytes(state);
@@ -111,10 +111,10 @@ class PoolBinding {
   GeneratorState set_state(const py::object& given) {
     const std::vector<std::byte> state = to_state_bytes(given);
     const GilFreeLock lock(mutex_);
-    Episode& episode = pool_.episode(0);
-    episode.load_state(state.data(), state.size());
-    record_worlds(episode);
-    return episode.generator_state();
+    Walker& walker = pool_.walker(0);
+    walker.load_state(state.data(), state.size());
+    record_worlds(walker);
+    return walker.generator_state();
   }
 
   /// Steps without a reset at the episode's end.
@@ -125,9 +125,9 @@ class PoolBinding {
     Output observations(observation, "observation", observation_size());
     Output infos(info, "info", num_infos());
     const GilFreeLock lock(mutex_);
-    Episode& episode = pool_.episode(0);
-    episode.step(actions.data(), actions.size());
-    const EpisodeState& state = episode.state();
+    Walker& walker = pool_.walker(0);
+    walker.step(actions.data(), actions.size());
+    const EpisodeState& state = walker.state();
     observations.write(state.observation.data());
     infos.write(state.info.data());
     return {state.reward, state.terminated, state.truncated, state.error};
@@ -212,19 +212,19 @@ class PoolBinding {
     const auto indices = environments.cast<std::vector<std::uint32_t>>();
     const GilFreeLock lock(mutex_);
     for (std::size_t row = 0; row < indices.size(); ++row) {
-      const EpisodeState& state = pool_.episode(indices[row]).state();
+      const EpisodeState& state = pool_.walker(indices[row]).state();
       if (state.step == 0 && state.world) rows[row] = *state.world;
     }
     return rows;
   }
 
-  /// Adds a wrench to an environment's next step, as Episode::push does.
+  /// Adds a wrench to an environment's next step, as Walker::push does.
   /// @param link    index: 0 for the trunk, i for the link that joint i - 1 turns
   /// @param force_x, force_z, torque_y in axes of the world, at the link's origin [N, N m]
   void push(std::size_t index, std::uint32_t link, double force_x, double force_z,
             double torque_y) {
     const GilFreeLock lock(mutex_);
-    pool_.episode(index).push({link, force_x, force_z, torque_y});
+    pool_.walker(index).push({link, force_x, force_z, torque_y});
   }
 
   /// As Environment::set_coordinates.
@@ -232,15 +232,14 @@ class PoolBinding {
     const Input positions(position, "qpos");
     const Input velocities(velocity, "qvel");
     const GilFreeLock lock(mutex_);
-    pool_.episode(index).set_coordinates(
-        {positions.data(), positions.data() + positions.size()},
-        {velocities.data(), velocities.data() + velocities.size()});
+    pool_.walker(index).set_coordinates({positions.data(), positions.data() + positions.size()},
+                                        {velocities.data(), velocities.data() + velocities.size()});
   }
 
   /// None: the robot does not define this. @throws ResetNeeded
   std::optional<bool> is_healthy(std::size_t index) {
     const GilFreeLock lock(mutex_);
-    return pool_.episode(index).is_healthy();
+    return pool_.walker(index).is_healthy();
   }
 
   py::list get_states(const std::vector<std::uint32_t>& environments) {
@@ -264,7 +263,7 @@ class PoolBinding {
     if (environments.empty() && states.empty()) return;
     const GilFreeLock lock(mutex_);
     pool_.load_states(environments, states, {});
-    for (const std::uint32_t index : environments) record_worlds(pool_.episode(index));
+    for (const std::uint32_t index : environments) record_worlds(pool_.walker(index));
   }
 
   py::tuple pickle() {
@@ -293,7 +292,7 @@ class PoolBinding {
   StateCapture capture(std::size_t index) {
     StateCapture captured;
     const GilFreeLock lock(mutex_);
-    pool_.episode(index).capture(captured);
+    pool_.walker(index).capture(captured);
     return captured;
   }
 
@@ -319,8 +318,8 @@ class PoolBinding {
   }
 
  private:
-  void record_worlds(const Episode& episode) {
-    has_worlds_ = has_worlds_ || episode.state().world || !episode.world().empty();
+  void record_worlds(const Walker& walker) {
+    has_worlds_ = has_worlds_ || walker.state().world || !walker.world().empty();
   }
 
   std::vector<std::uint32_t> all() const {

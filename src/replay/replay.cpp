@@ -15,9 +15,9 @@
 #include "base/engine_release.h"
 #include "base/printable_text.h"
 #include "base/shortest_text.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "replay/bag_reader.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 
 namespace walker {
 namespace {
@@ -100,9 +100,9 @@ class WalkerReport {
     write({"episode", "seed", "steps", "return", "end"}, "", out_);
     environment_.reset();
     try {
-      environment_ = make_episode(
-          spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
-      EpisodeOptions options;
+      environment_ =
+          make_walker(spec.id, parameters_of(spec.id, spec.parameter_names, spec.parameter_values));
+      WalkerOptions options;
       options.records_actions = true;
       environment_->configure(options);
     } catch (const std::exception& error) {
@@ -162,8 +162,8 @@ class WalkerReport {
   std::set<std::size_t> known_;  // hashes
   std::uint32_t last_number_ = 0;
   std::string environment_key_;
-  std::unique_ptr<Episode> environment_;  // null: cannot be made here
-  std::string unsupported_reason_;        // why `environment_` is null
+  std::unique_ptr<Walker> environment_;  // null: cannot be made here
+  std::string unsupported_reason_;       // why `environment_` is null
 };
 
 bool summarize(const Counts& counts, std::ostream& out) {

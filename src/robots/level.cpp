@@ -22,9 +22,9 @@ std::int64_t ceiling_of(double steps) {
 }
 
 /// State machine that generates the ground from left to right, section by section.
-class TerrainGenerator {
+class GroundGenerator {
  public:
-  TerrainGenerator(Generator& generator, const CourseSize& size, bool hardcore, const Level& level)
+  GroundGenerator(Generator& generator, const GroundSize& size, bool hardcore, const Level& level)
       : generator_(generator),
         level_(level),
         size_(size),
@@ -34,15 +34,15 @@ class TerrainGenerator {
         slope_factor_(level.ground_roughness * (size.column / kTerrainStep)),
         y_(size.start_height) {
     // The order of the kinds is that of the numbers that Gymnasium and POET draw.
-    terrain_.obstacles_are_gymnasiums = !level.has_obstacles();
-    hardcore = hardcore && terrain_.obstacles_are_gymnasiums;
+    ground_.obstacles_are_gymnasiums = !level.has_obstacles();
+    hardcore = hardcore && ground_.obstacles_are_gymnasiums;
     if (hardcore || level.stumps) kinds_.push_back(ObstacleKind::stump);
     if (hardcore || level.stairs) kinds_.push_back(ObstacleKind::stairs);
     if (hardcore || level.pit_gap) kinds_.push_back(ObstacleKind::pit);
   }
 
-  Terrain generate() {
-    terrain_.ground.resize(static_cast<std::size_t>(size_.num_columns));
+  Ground generate() {
+    ground_.points.resize(static_cast<std::size_t>(size_.num_columns));
     for (int i = 0; i < size_.num_columns; ++i) {
       const double x = i * column_;
       setback_ = 0;
@@ -51,14 +51,14 @@ class TerrainGenerator {
       } else {
         continue_section(i);
       }
-      terrain_.ground[static_cast<std::size_t>(i)] = {x - setback_, y_};
+      ground_.points[static_cast<std::size_t>(i)] = {x - setback_, y_};
       // Gymnasium's picture of the ground ends at 0, above which all of a level may not be.
       if (!level_.is_gymnasiums()) {
-        terrain_.bottom = std::min(terrain_.bottom, y_ - size_.start_height);
+        ground_.bottom = std::min(ground_.bottom, y_ - size_.start_height);
       }
       choose_next_section();
     }
-    return std::move(terrain_);
+    return std::move(ground_);
   }
 
  private:
@@ -98,9 +98,9 @@ class TerrainGenerator {
     remaining_ = generator_.integers(3, 5);
     std::array<Point, 4> wall{
         {{x, y_}, {x + column_, y_}, {x + column_, y_ - pit_depth_}, {x, y_ - pit_depth_}}};
-    terrain_.obstacles.push_back(wall);
+    ground_.obstacles.push_back(wall);
     for (Point& point : wall) point.x += column_ * static_cast<double>(remaining_);
-    terrain_.obstacles.push_back(wall);
+    ground_.obstacles.push_back(wall);
     remaining_ += 2;
   }
 
@@ -138,7 +138,7 @@ class TerrainGenerator {
       const double right = x + static_cast<double>((1 + s) * stair_width_) * column_;
       const double top = y_ + static_cast<double>(s * stair_height_) * column_;
       const double bottom = y_ + static_cast<double>(-1 + s * stair_height_) * column_;
-      terrain_.obstacles.push_back({{{left, top}, {right, top}, {right, bottom}, {left, bottom}}});
+      ground_.obstacles.push_back({{{left, top}, {right, top}, {right, bottom}, {left, bottom}}});
     }
     remaining_ = stair_steps_ * stair_width_;
   }
@@ -159,16 +159,16 @@ class TerrainGenerator {
   }
 
   void begin_obstacle(ObstacleKind kind, double left, double right) {
-    terrain_.of_level.push_back({kind, left, right, y_, terrain_.obstacles.size(), 0});
+    ground_.of_level.push_back({kind, left, right, y_, ground_.obstacles.size(), 0});
   }
 
   /// Adds a box to a level's obstacle.
   void add_box(double left, double bottom, double width, double height) {
-    if (!terrain_.obstacles_are_gymnasiums) ++terrain_.of_level.back().num_boxes;
-    terrain_.obstacles.push_back({{{left, bottom},
-                                   {left + width, bottom},
-                                   {left + width, bottom + height},
-                                   {left, bottom + height}}});
+    if (!ground_.obstacles_are_gymnasiums) ++ground_.of_level.back().num_boxes;
+    ground_.obstacles.push_back({{{left, bottom},
+                                  {left + width, bottom},
+                                  {left + width, bottom + height},
+                                  {left, bottom + height}}});
   }
 
   void choose_next_section() {
@@ -191,12 +191,12 @@ class TerrainGenerator {
 
   Generator& generator_;
   const Level& level_;
-  const CourseSize& size_;
+  const GroundSize& size_;
   double column_;        // width [m]
   double pit_depth_;     // [m]
   double slope_factor_;  // of Gymnasium's slopes
   std::vector<ObstacleKind> kinds_;
-  Terrain terrain_;
+  Ground ground_;
   std::optional<ObstacleKind> section_;        // empty: grass
   bool entering_ = false;                      // this step is the first of its section
   std::int64_t remaining_ = kTerrainStartPad;  // remaining steps of the section
@@ -221,12 +221,12 @@ bool has_size_of(const Values& values, const std::string& kind) {
 
 }  // namespace
 
-Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
-                         const Level& level) {
-  return TerrainGenerator(generator, size, hardcore, level).generate();
+Ground draw_ground(Generator& generator, const GroundSize& size, bool hardcore,
+                   const Level& level) {
+  return GroundGenerator(generator, size, hardcore, level).generate();
 }
 
-Level level_of(const WorldValues& values, const CourseSize& size, double roughness) {
+Level level_of(const WorldValues& values, const GroundSize& size, double roughness) {
   Level level;
   level.ground_roughness = value_or(values, "ground_roughness", roughness);
   const auto optional = [&](const char* name) {
@@ -275,16 +275,16 @@ std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const Le
   };
 }
 
-void check_level(const World& world, const CourseSize& size, bool hardcore,
+void check_level(const World& world, const GroundSize& size, bool hardcore,
                  const std::string& advice) {
   if (has_size_of(world, "stair_")) {
     const double width = range_or(world, "stair_width", size.stairs.tread_width).high;
     const double steps = range_or(world, "stair_steps", size.stairs.num_treads).high;
-    if (steps * width > size.obstacle_course()) {
+    if (steps * width > size.obstacle_length()) {
       throw std::invalid_argument(
           "stair_steps = " + shortest_text(steps) + " of stair_width = " + shortest_text(width) +
           " m: the stairs would be " + shortest_text(steps * width) + " m long; must be at most " +
-          shortest_text(size.obstacle_course()) + " m, the length of the course");
+          shortest_text(size.obstacle_length()) + " m, the length of the course");
     }
   }
   const bool has_obstacles = hardcore || has_size_of(world, "stump_") ||

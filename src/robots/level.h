@@ -1,4 +1,4 @@
-// Levels of worlds: ground and obstacles along a course, drawn from a random generator.
+// Levels of worlds, and the ground that a random generator draws for one.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace walker {
 
-// Gymnasium's constants (gymnasium/envs/box2d, 1.4.0). Courses of other sizes have its proportions.
+// Gymnasium's constants (gymnasium/envs/box2d, 1.4.0). Grounds of other sizes have its proportions.
 constexpr double kTerrainStep = 14 / 30.0;  // width of a column [m]
 constexpr int kTerrainGrass = 10;     // exclusive upper bound of the grass between obstacles; steps
 constexpr int kTerrainStartPad = 20;  // flat steps before the first bump
@@ -67,8 +67,8 @@ struct Level {
   friend bool operator!=(const Level& a, const Level& b) { return !(a == b); }
 };
 
-/// Sizes of one robot's course, and defaults for the obstacle sizes that a world does not set.
-struct CourseSize {
+/// Sizes of one robot's ground, and defaults for the obstacle sizes that a world does not set.
+struct GroundSize {
   int num_columns;
   double column;        ///< width of a column [m]
   double start_height;  ///< of the ground at the start [m]
@@ -76,7 +76,7 @@ struct CourseSize {
   Stairs stairs;
 
   /// Between the start pad and the far end [m].
-  double obstacle_course() const {
+  double obstacle_length() const {
     return (num_columns - kTerrainGrass - kTerrainStartPad) * column;
   }
 };
@@ -97,8 +97,9 @@ struct Obstacle {
   std::size_t num_boxes;
 };
 
-struct Terrain {
-  std::vector<Point> ground;                    ///< each point is joined to the next by an edge
+/// What was drawn: a line, and the boxes on it or in it.
+struct Ground {
+  std::vector<Point> points;                    ///< each is joined to the next by an edge
   std::vector<std::array<Point, 4>> obstacles;  ///< boxes: pit walls, stumps, stairs; left to right
   std::vector<Obstacle> of_level;               ///< the obstacles that a level has
   bool obstacles_are_gymnasiums = true;         ///< false: a level's
@@ -123,9 +124,8 @@ struct Terrain {
 /// A level's sizes replace those of the obstacles, and `obstacle_spacing` the length of the grass.
 ///
 /// Source: Gymnasium 1.4.0, envs/box2d, _generate_terrain.
-/// @param hardcore whether the terrain has stumps, stairs and pits
-Terrain generate_terrain(Generator& generator, const CourseSize& size, bool hardcore,
-                         const Level& level);
+/// @param hardcore whether the ground has stumps, stairs and pits
+Ground draw_ground(Generator& generator, const GroundSize& size, bool hardcore, const Level& level);
 
 /// Returns the range of this name, or the number `absent`.
 inline WorldRange range_or(const World& world, const std::string& name, double absent) {
@@ -134,7 +134,7 @@ inline WorldRange range_or(const World& world, const std::string& name, double a
 }
 
 /// @param roughness of a world that does not name it
-Level level_of(const WorldValues& values, const CourseSize& size, double roughness);
+Level level_of(const WorldValues& values, const GroundSize& size, double roughness);
 
 /// Limits of a level's parameters.
 struct LevelLimits {
@@ -160,11 +160,12 @@ struct LevelTexts {
 
 std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const LevelTexts& texts);
 
-/// Refuses obstacles that are longer than the course, and a spacing without obstacles.
+/// Refuses obstacles that are longer than their part of the ground, and a spacing without
+/// obstacles.
 /// @param hardcore whether the environment has obstacles of its own
 /// @param advice   where else there are obstacles; empty: nowhere
 /// @throws std::invalid_argument naming the parameters, their values and what is allowed
-void check_level(const World& world, const CourseSize& size, bool hardcore,
+void check_level(const World& world, const GroundSize& size, bool hardcore,
                  const std::string& advice);
 
 }  // namespace walker

@@ -45,7 +45,7 @@ struct LinkWrench {
 };
 
 /// Arguments and results of one robot's step, or of its reset. A group of robots is an array of
-/// these. `Episode::GroupStep` above and the engines' calls below have structs of their own,
+/// these. `Walker::GroupStep` above and the engines' calls below have structs of their own,
 /// because each level knows other arguments and results.
 struct RobotStep {
   Robot* robot = nullptr;

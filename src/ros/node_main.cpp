@@ -28,7 +28,7 @@
 #include "base/interruption.h"
 #include "base/posix.h"
 #include "base/printable_text.h"
-#include "ros/library_fixes.h"
+#include "ros/interposed.h"
 #include "wire/master.h"
 
 namespace ros::names {

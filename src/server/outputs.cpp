@@ -6,7 +6,7 @@
 #include <ros/advertise_options.h>
 #include <boost/make_shared.hpp>
 
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 
 namespace walker {
 namespace {
@@ -24,7 +24,7 @@ constexpr std::chrono::milliseconds kPause{1};
 
 Outputs::Outputs(ros::NodeHandle& node, Pool& pool, SimulationClock& clock,
                  const ServerOptions& options, const RenderThread::MakeRenderer& make_renderer)
-    : shown_(pool.episode(options.shown_environment)),
+    : shown_(pool.walker(options.shown_environment)),
       clock_(clock),
       options_(options),
       frames_(shown_.specification(), options.tf_prefix),

@@ -14,8 +14,8 @@
 #include <std_msgs/Float64.h>
 #include <std_msgs/Float64MultiArray.h>
 
+#include "server/batch_calls.h"
 #include "server/camera/camera.h"
-#include "server/environments.h"
 #include "server/markers/markers.h"
 #include "server/parameter_reader.h"
 #include "server/time/simulation_clock.h"
@@ -106,7 +106,7 @@ class Outputs {
   void publish_record();
   walker_sim::EpisodeRecord record() const;
 
-  Episode& shown_;
+  Walker& shown_;
   SimulationClock& clock_;
   ServerOptions options_;
   Frames frames_;

@@ -25,8 +25,8 @@
 #include "base/limits.h"
 #include "base/printable_text.h"
 #include "ros/checked_message.h"
-#include "ros/library_fixes.h"
-#include "ros/records.h"
+#include "ros/interposed.h"
+#include "ros/message_conversions.h"
 #include "ros/throttle.h"
 #include "server/gazebo/physics_properties.h"
 #include "walker_sim/GetSpec.h"
@@ -61,12 +61,12 @@ ros::NodeHandle make_node(WakingQueue& queue) {
   return node;
 }
 
-ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, const Drive& drive,
+ros::Subscriber subscribe_to_efforts(ros::NodeHandle& node, const Schedule& schedule,
                                      Simulation& simulation) {
   return subscribe_checked<std_msgs::Float64MultiArray>(
       node, "effort_command", 1,
-      [&drive, &simulation](const auto& message, const auto& agent) {
-        if (drive.takes_commands()) {
+      [&schedule, &simulation](const auto& message, const auto& agent) {
+        if (schedule.takes_commands()) {
           simulation.take_command(message->data, agent);
         } else {
           simulation.refuse_command(
@@ -202,9 +202,9 @@ Server::Server(const ServerOptions& options, const MakeEnvironment& make_environ
       simulation_(options, pool_, clock_, outputs_),
       restores_(simulation_, outputs_, make_environment),
       port_(options.spin),
-      drive_(make_drive(options, simulation_)),
-      diagnostics_(node_, options, simulation_, *drive_, outputs_),
-      effort_subscriber_(subscribe_to_efforts(node_, *drive_, simulation_)),
+      schedule_(make_schedule(options, simulation_)),
+      diagnostics_(node_, options, simulation_, *schedule_, outputs_),
+      effort_subscriber_(subscribe_to_efforts(node_, *schedule_, simulation_)),
       push_subscriber_(subscribe_to_pushes(node_, simulation_)) {
   if (options_.recorder.empty()) advertise_services();
   const Specification& specification = pool_.specification();
@@ -221,7 +221,7 @@ void Server::run() {
   const bool on_wall_time = !options_.publish_clock && !ros::Time::isSimTime();
   if (on_wall_time) clock_.catch_up(ros::Time::now());
   // Time starts above zero, so that ros::Time::waitForValid does not block until the first reset.
-  if (!drive_->follows_clock()) clock_.advance();
+  if (!schedule_->follows_clock()) clock_.advance();
   outputs_.publish_constants();
   if (!options_.recorder.empty()) {
     // Clients wait for services, so none resets before the recorder listens.
@@ -229,11 +229,11 @@ void Server::run() {
     if (!ros::ok()) return;
     advertise_services();
   }
-  drive_->start();
+  schedule_->start();
   while (ros::ok()) {
-    serve(std::min<Drive::Clock::duration>(drive_->until_due(Drive::Clock::now()),
-                                           outputs_.longest_wait()));
-    if (ros::ok()) drive_->step_if_due();
+    serve(std::min<Schedule::Clock::duration>(schedule_->until_due(Schedule::Clock::now()),
+                                              outputs_.longest_wait()));
+    if (ros::ok()) schedule_->step_if_due();
     catch_up();
   }
 }
@@ -252,40 +252,40 @@ void Server::catch_up() {
 void Server::wait_for_recorder() {
   std::string complaint = outputs_.recorder_complaint();
   ROS_INFO_STREAM("Waiting for the recorder: " << complaint);
-  Drive::Clock::time_point is_late = Drive::Clock::now() + kRecorderStarts;
+  Schedule::Clock::time_point is_late = Schedule::Clock::now() + kRecorderStarts;
   while (ros::ok() && !complaint.empty()) {
-    if (Drive::Clock::now() >= is_late) {
+    if (Schedule::Clock::now() >= is_late) {
       ROS_WARN_STREAM("Nothing moves yet: " << complaint);
       is_late += kRecorderStarts;
     }
-    serve(Drive::kIdle);
+    serve(Schedule::kIdle);
     complaint = outputs_.recorder_complaint();
   }
 }
 
 /// Blocks at most `longest` until requests or callbacks arrive, handles them, continues restores.
-void Server::serve(Drive::Clock::duration longest) {
-  if (restores_.are_in_flight()) longest = Drive::Clock::duration::zero();
+void Server::serve(Schedule::Clock::duration longest) {
+  if (restores_.are_in_flight()) longest = Schedule::Clock::duration::zero();
   if (port_.serve(callbacks_.descriptor(), longest)) callbacks_.call();
-  if (restores_.continue_first()) drive_->restart_schedule();
+  if (restores_.continue_first()) schedule_->restart_schedule();
 }
 
 void Server::advertise_services() {
   advertise<walker_sim::Reset>(port_, "reset", [this](const auto& request, auto& response) {
     const std::optional<std::uint64_t> seed = request.seed;
     const EpisodeState& state =
-        drive_->reset(request.has_seed != 0 ? seed : std::nullopt, to_world(request.world));
+        schedule_->reset(request.has_seed != 0 ? seed : std::nullopt, to_world(request.world));
     response.transition = outputs_.message(state);
     to_message(state.world_values(), response.world);
   });
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
-    drive_->require_steps_by_service("step");
+    schedule_->require_steps_by_service("step");
     const EpisodeState& state = simulation_.step(request.action);
     simulation_.record_stepping(port_.caller());
     response.transition = outputs_.message(state);
   });
   advertise<StepMany>(port_, "step_many", [this](const auto& request, auto& response) {
-    drive_->require_steps_by_service("step_many");
+    schedule_->require_steps_by_service("step_many");
     const EpisodeState& state = simulation_.step_many(request, response);
     simulation_.record_stepping(port_.caller());
     response.transition = outputs_.message(state);
@@ -296,7 +296,7 @@ void Server::advertise_services() {
       port_, "reset_batch",
       [this](const auto& request, auto& response) {
         simulation_.reset_batch(request, response);
-        drive_->restart_schedule();
+        schedule_->restart_schedule();
       },
       pool_.options().num_envs * kResetBytes);
   advertise<SetWorld>(
@@ -305,7 +305,7 @@ void Server::advertise_services() {
   advertise<StepBatch>(
       port_, "step_batch",
       [this](const auto& request, auto& response) {
-        drive_->require_steps_by_service("step_batch");
+        schedule_->require_steps_by_service("step_batch");
         simulation_.step_batch(request.actions, response);
         simulation_.record_stepping(port_.caller());
       },
@@ -328,19 +328,19 @@ void Server::advertise_services() {
                                         });
   advertise<walker_sim::SetRealTimeFactor>(
       port_, "set_real_time_factor",
-      [this](const auto& request, auto&) { drive_->set_real_time_factor(request.factor); });
-  advertise_trigger(port_, "pause", [this] { return drive_->pause(); });
-  advertise_trigger(port_, "unpause", [this] { return drive_->unpause(); });
+      [this](const auto& request, auto&) { schedule_->set_real_time_factor(request.factor); });
+  advertise_trigger(port_, "pause", [this] { return schedule_->pause(); });
+  advertise_trigger(port_, "unpause", [this] { return schedule_->unpause(); });
   advertise_gazebo_services();
 }
 
 void Server::advertise_gazebo_services() {
-  const auto reset = [this] { drive_->reset(std::nullopt); };
-  advertise_empty(port_, "pause_physics", [this] { drive_->pause(); });
+  const auto reset = [this] { schedule_->reset(std::nullopt); };
+  advertise_empty(port_, "pause_physics", [this] { schedule_->pause(); });
   advertise_empty(port_, "unpause_physics", [this] {
-    const std::string outcome = drive_->unpause();
+    const std::string outcome = schedule_->unpause();
     // A client that then waits for motion would wait forever.
-    if (drive_->stands_still()) throw std::logic_error(outcome);
+    if (schedule_->stands_still()) throw std::logic_error(outcome);
   });
   advertise_empty(port_, "reset_simulation", reset);
   advertise_empty(port_, "reset_world", reset);
@@ -353,13 +353,13 @@ void Server::advertise_gazebo_services() {
   };
   advertise<gazebo::GetPhysicsProperties>(
       port_, "get_physics_properties", [this, present](auto&, auto& response) {
-        gazebo::get_physics_properties(present(), *drive_, response);
+        gazebo::get_physics_properties(present(), *schedule_, response);
       });
   advertise<gazebo::SetPhysicsProperties>(
       port_, "set_physics_properties", [this, present](const auto& request, auto& response) {
         // Gazebo accepts all values, so clients seldom check the response.
         call_and_log("set_physics_properties", [&] {
-          gazebo::set_physics_properties(request, present(), *drive_, response);
+          gazebo::set_physics_properties(request, present(), *schedule_, response);
         });
       });
 }

@@ -4,10 +4,10 @@
 #include <ros/node_handle.h>
 #include <ros/subscriber.h>
 
-#include "server/drive/drive.h"
-#include "server/environments.h"
+#include "server/batch_calls.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
+#include "server/schedule/schedule.h"
 #include "server/simulation.h"
 #include "server/time/simulation_clock.h"
 #include "server/topics/diagnostics.h"
@@ -35,7 +35,7 @@ class Server {
  private:
   void catch_up();
   void wait_for_recorder();
-  void serve(Drive::Clock::duration longest);
+  void serve(Schedule::Clock::duration longest);
 
   void advertise_services();
   /// Advertises services with Gazebo's names and types, because a remap cannot change the type that
@@ -51,7 +51,7 @@ class Server {
   Simulation simulation_;
   Restores restores_;
   ServicePort port_;
-  std::unique_ptr<Drive> drive_;
+  std::unique_ptr<Schedule> schedule_;
   Diagnostics diagnostics_;
   ros::Subscriber effort_subscriber_;
   ros::Subscriber push_subscriber_;

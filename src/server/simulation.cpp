@@ -10,7 +10,7 @@
 #include <ros/console.h>
 
 #include "base/printable_text.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "ros/throttle.h"
 
 namespace walker {
@@ -25,7 +25,7 @@ Simulation::Simulation(const ServerOptions& options, Pool& pool, SimulationClock
                        Outputs& outputs)
     : options_(options),
       pool_(pool),
-      shown_(pool.episode(options.shown_environment)),
+      shown_(pool.walker(options.shown_environment)),
       frames_(pool.specification(), options.tf_prefix),
       clock_(clock),
       outputs_(outputs),
@@ -43,7 +43,7 @@ void Simulation::change_worlds(const Change& change) {
 const EpisodeState& Simulation::reset(std::optional<std::uint64_t> seed,
                                       const std::optional<World>& world) {
   clock_.require();
-  Episode& environment = single_episode(pool_, "reset");
+  Walker& environment = single_walker(pool_, "reset");
   const auto abandoned = outputs_.abandoned_record();
   if (world) change_worlds([&] { environment.set_world(*world); });
   outputs_.publish_abandoned(abandoned);
@@ -67,7 +67,7 @@ const EpisodeState& Simulation::step_many(const StepMany::Request& request,
                                 std::to_string(kMaxSteps) + "]");
   }
   clock_.require(static_cast<int>(request.steps));
-  const EpisodeState& state = single_episode(pool_, "step_many").state();
+  const EpisodeState& state = single_walker(pool_, "step_many").state();
   do {
     step(request.action);
     ++response.steps;
@@ -90,7 +90,7 @@ void Simulation::step_by_command() {
 
 const EpisodeState& Simulation::make_step(const std::vector<double>& action) {
   clock_.require();
-  Episode& environment = single_episode(pool_, "step");
+  Walker& environment = single_walker(pool_, "step");
   const StepTiming::Clock::time_point begin = StepTiming::Clock::now();
   environment.step(action);
   timing_.step_took(StepTiming::Clock::now() - begin);
@@ -141,12 +141,12 @@ void Simulation::set_worlds(const SetWorld::Request& request) {
 }
 
 walker_sim::EpisodeRecord Simulation::snapshot() const {
-  return outputs_.message(single_episode(pool_, "snapshot").record());
+  return outputs_.message(single_walker(pool_, "snapshot").record());
 }
 
-const EpisodeState& Simulation::restore(Episode& repeated) {
+const EpisodeState& Simulation::restore(Walker& repeated) {
   clock_.require();
-  Episode& environment = single_episode(pool_, "restore");
+  Walker& environment = single_walker(pool_, "restore");
   outputs_.publish_abandoned(outputs_.abandoned_record());
   environment.take_over(repeated);
   ++account_.counters.resets;
@@ -234,13 +234,13 @@ Restores::Restores(Simulation& simulation, Outputs& outputs, const MakeEnvironme
     : simulation_(simulation), outputs_(outputs) {
   if (simulation.pool().options().num_envs != 1) return;
   scratch_ = make();
-  EpisodeOptions options;
+  WalkerOptions options;
   options.records_actions = true;
-  episode_of(*scratch_).configure(options);
+  walker_of(*scratch_).configure(options);
 }
 
 void Restores::add(const walker_sim::EpisodeRecord& record, const Reply<Response>& reply) {
-  single_episode(simulation_.pool(), "restore");  // throws if there are several
+  single_walker(simulation_.pool(), "restore");  // throws if there are several
   // Frees the records of clients that have disconnected.
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(),
                                 [](const Waiting& each) { return !each.reply.is_awaited(); }),
@@ -252,7 +252,7 @@ bool Restores::continue_first() {
   while (!waiting_.empty() && !waiting_.front().reply.is_awaited()) waiting_.pop_front();
   if (waiting_.empty()) return false;
   Waiting& first = waiting_.front();
-  Episode& scratch = episode_of(*scratch_);
+  Walker& scratch = walker_of(*scratch_);
   Response response;
   try {
     if (!std::exchange(first.has_begun, true)) scratch.begin(first.record);

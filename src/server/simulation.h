@@ -10,7 +10,7 @@
 
 #include <geometry_msgs/WrenchStamped.h>
 
-#include "server/environments.h"
+#include "server/batch_calls.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
 #include "server/time/simulation_clock.h"
@@ -49,7 +49,7 @@ class Simulation {
   void set_worlds(const SetWorld::Request& request);
   walker_sim::EpisodeRecord snapshot() const;
   /// Replaces the present episode by a repeated one.
-  const EpisodeState& restore(Episode& repeated);
+  const EpisodeState& restore(Walker& repeated);
 
   /// Holds an effort command, or counts it as refused. A command that replaces another agent's held
   /// command is counted as contested.
@@ -64,7 +64,7 @@ class Simulation {
   /// Counts a step as contested if two agents step in turns within an episode.
   void record_stepping(const std::string& agent);
 
-  const Episode& shown() const { return shown_; }
+  const Walker& shown() const { return shown_; }
   Pool& pool() const { return pool_; }
   SimulationClock& clock() const { return clock_; }
   EffortCommand& command() { return command_; }
@@ -83,7 +83,7 @@ class Simulation {
 
   ServerOptions options_;
   Pool& pool_;
-  Episode& shown_;
+  Walker& shown_;
   const Frames frames_;
   SimulationClock& clock_;
   Outputs& outputs_;

@@ -1,5 +1,5 @@
-// SIMD vectors with one number per lane: Vector<double, 4> holds one double of each of four worlds,
-// Vector<double, 1> is a double.
+// SIMD vectors with one number per lane: Vector<double, 4> holds one double of each of four
+// instances, Vector<double, 1> is a double.
 //
 // This header is compiled once per instruction set. WALKER_SIM_INSTRUCTION_SET names the set and
 // the inline namespace, so that the linker never merges code of different sets.

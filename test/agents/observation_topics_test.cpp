@@ -15,7 +15,7 @@
 #include <ros/ros.h>
 
 #include "agents/sensor_topics.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "server/remote.h"
 #include "walker_sim/agent.h"
 #include "walker_sim/registry.h"
@@ -92,7 +92,7 @@ class ObservationTopics : public testing::TestWithParam<Case> {
   void compare(const walker_sim::Transition& told) {
     ASSERT_TRUE(twin_.equals(told));
     stamps_.push_back(told.header.stamp);
-    const std::uint32_t step = episode_of(twin_.environment()).observed_step();
+    const std::uint32_t step = walker_of(twin_.environment()).observed_step();
     if (measured_step_ != step) {
       const std::optional<Measurements> measurements = sensed_.at(stamps_.at(step));
       ASSERT_TRUE(measurements) << "the topics tell nothing of step " << step;

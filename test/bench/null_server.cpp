@@ -3,7 +3,7 @@
 #include <memory>
 #include <utility>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "robots/robot.h"
 #include "ros/node_main.h"
 #include "server/server.h"
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
     walker::Server server(
         options,
         [&] {
-          return std::make_unique<walker::Episode>(
+          return std::make_unique<walker::Walker>(
               std::make_unique<walker::bench::Frozen>(registration.create(options.id, parameters)));
         },
         [&options](const walker::Parameters& camera) {

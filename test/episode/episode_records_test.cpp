@@ -1,4 +1,4 @@
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@
 #include "base/random.h"
 #include "bits.h"
 #include "cramped_walker.h"
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "error_message.h"
 #include "restorable.h"
 #include "test_name.h"
@@ -302,9 +302,9 @@ TEST(EpisodeRecords, ARecordWhoseResetFailsChangesNothing) {
 
 TEST(EpisodeRecords, HasNoRecordOfAnEndlessEpisodeAndRefusesOne) {
   const auto endless = [] {
-    auto walker = std::make_unique<FakeWalker>();
+    auto walker = std::make_unique<FakeRobot>();
     walker->length = 0;
-    return std::make_unique<Episode>(std::move(walker));
+    return std::make_unique<Walker>(std::move(walker));
   };
   Restorable simulation(endless, 1);
   simulation.reset(1);

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "episode/rollout.h"
 #include "error_message.h"
 #include "saved_states.h"

@@ -11,7 +11,7 @@
 
 #include "base/interruption.h"
 #include "bits.h"
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "episode/rollout.h"
 #include "error_message.h"
 
@@ -126,14 +126,14 @@ TEST(PoolInterruption, EndsTheConstruction) {
 }
 
 TEST_F(PoolTest, RejectsDifferentEnvironments) {
-  class Other : public FakeWalker {
+  class Other : public FakeRobot {
    public:
     Other() { specification_.info_names = {"seed", "more"}; }
   };
   int made = 0;
   const auto make = [&]() -> std::unique_ptr<Environment> {
-    if (++made < 3) return std::make_unique<Episode>(std::make_unique<FakeWalker>());
-    return std::make_unique<Episode>(std::make_unique<Other>());
+    if (++made < 3) return std::make_unique<Walker>(std::make_unique<FakeRobot>());
+    return std::make_unique<Walker>(std::make_unique<Other>());
   };
   PoolOptions options;
   options.num_envs = 3;

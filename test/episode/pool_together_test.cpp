@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "episode/rollout.h"
 
 namespace walker {
@@ -13,14 +13,14 @@ namespace {
 
 using Values = std::vector<double>;
 
-class TogetherWalker : public FakeWalker {
+class TogetherRobot : public FakeRobot {
  public:
   void step_group(RobotStep* const* group, std::size_t count) noexcept override {
     counts->push_back(count);
-    FakeWalker::step_group(group, count);
+    FakeRobot::step_group(group, count);
   }
   void step(RobotStep& step) override {
-    FakeWalker::step(step);
+    FakeRobot::step(step);
     step.reward += 1000;
   }
   std::size_t group_size() const override { return 3; }
@@ -36,7 +36,7 @@ class TogetherTest : public testing::Test {
     const PoolOptions options{kEnvironments, 1, AutoresetMode::next_step, 5};
     pool_ = std::make_unique<Pool>(fakes_, options);
     arrays_ = std::make_unique<PoolArrays>(pool_->specification(), kEnvironments);
-    for (TogetherWalker* walker : *fakes_.all) walker->counts = &counts_;
+    for (TogetherRobot* robot : *fakes_.all) robot->counts = &counts_;
     pool_->reset({}, {}, arrays_->batch());
   }
   void step() {
@@ -46,7 +46,7 @@ class TogetherTest : public testing::Test {
     pool_->step(actions.data(), actions.size(), arrays_->batch());
   }
 
-  Fakes<TogetherWalker> fakes_;
+  Fakes<TogetherRobot> fakes_;
   std::vector<std::size_t> counts_;
   std::unique_ptr<Pool> pool_;
   std::unique_ptr<PoolArrays> arrays_;

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "bits.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "error_message.h"
 #include "test_name.h"
 
@@ -23,7 +23,7 @@ constexpr auto kWhenever = std::chrono::steady_clock::time_point::max();
 
 using Row = std::vector<std::uint64_t>;
 
-Row row_of(const Episode& episode) {
+Row row_of(const Walker& episode) {
   std::vector<double> row = episode.state().observation;
   row.push_back(episode.state().reward);
   row.insert(row.end(), episode.state().info.begin(), episode.state().info.end());
@@ -37,39 +37,39 @@ bool operator==(const LinkWrench& a, const LinkWrench& b) {
 
 class PushesTest : public testing::TestWithParam<const char*> {
  protected:
-  static std::unique_ptr<Episode> make_walker() {
-    auto walker = make_episode(GetParam());
+  static std::unique_ptr<Walker> make_walker() {
+    auto walker = walker::make_walker(GetParam());
     walker->configure({std::nullopt, true});
     return walker;
   }
 
-  static std::unique_ptr<Episode> begun(const World& world = {}) {
+  static std::unique_ptr<Walker> begun(const World& world = {}) {
     auto walker = make_walker();
     walker->set_world(world);
     walker->reset(3);
     return walker;
   }
 
-  LinkWrench draw(const Episode& episode) {
+  LinkWrench draw(const Walker& episode) {
     const std::size_t links = episode.specification().links.size();
     return {static_cast<std::uint32_t>(random_() % links), 40 * unit_(random_), 40 * unit_(random_),
             3 * unit_(random_)};
   }
 
-  std::vector<double> draw_action(const Episode& episode) {
+  std::vector<double> draw_action(const Walker& episode) {
     std::vector<double> action(episode.specification().action_size());
     for (double& value : action) value = unit_(random_);
     return action;
   }
 
   void step_both() {
-    for (Episode* each : {walker_.get(), other_.get()}) each->step(action_);
+    for (Walker* each : {walker_.get(), other_.get()}) each->step(action_);
   }
 
   std::mt19937_64 random_{1};
   std::uniform_real_distribution<double> unit_{-1, 1};
-  const std::unique_ptr<Episode> walker_ = begun();
-  const std::unique_ptr<Episode> other_ = begun();
+  const std::unique_ptr<Walker> walker_ = begun();
+  const std::unique_ptr<Walker> other_ = begun();
   const std::vector<double> action_ =
       std::vector<double>(walker_->specification().action_size(), 0.1);
 };
@@ -117,7 +117,7 @@ TEST_P(PushesTest, ActInOneStep) {
   repeated->begin(walker_->record());
   EXPECT_TRUE(repeated->repeat(walker_->record(), kWhenever));
   for (int i = 0; i < 20; ++i) {  // without another push
-    for (Episode* each : {walker_.get(), repeated.get()}) each->step(action_);
+    for (Walker* each : {walker_.get(), repeated.get()}) each->step(action_);
     ASSERT_EQ(row_of(*walker_), row_of(*repeated));
   }
   EXPECT_EQ(walker_->record().pushes.size(), 1U);
@@ -164,7 +164,7 @@ TEST_P(PushesTest, ARecordMayHaveZeros) {
 
 TEST_P(PushesTest, AResetDropsThem) {
   walker_->push({0, 20, 10, 0});
-  for (Episode* each : {walker_.get(), other_.get()}) each->reset(5);
+  for (Walker* each : {walker_.get(), other_.get()}) each->reset(5);
   step_both();
   EXPECT_EQ(row_of(*walker_), row_of(*other_));
   EXPECT_TRUE(walker_->record().pushes.empty());
@@ -181,15 +181,15 @@ TEST_P(PushesTest, ALoadedStateDropsThem) {
 
 TEST_P(PushesTest, GroupsHaveTheBitsOfSingleSteps) {
   constexpr std::size_t kSize = 11;
-  std::vector<std::unique_ptr<Episode>> single;
-  std::vector<std::unique_ptr<Episode>> grouped;
+  std::vector<std::unique_ptr<Walker>> single;
+  std::vector<std::unique_ptr<Walker>> grouped;
   for (std::size_t i = 0; i < kSize; ++i) {
     single.push_back(begun());
     grouped.push_back(begun());
   }
   for (int time = 0; time < 40; ++time) {
     std::vector<std::vector<double>> actions;
-    std::vector<Episode::GroupStep> steps;
+    std::vector<Walker::GroupStep> steps;
     for (std::size_t i = 0; i < kSize; ++i) {
       actions.push_back(draw_action(*single[i]));
       if ((i + time) % 4 == 0 && !single[i]->state().has_ended()) {
@@ -203,7 +203,7 @@ TEST_P(PushesTest, GroupsHaveTheBitsOfSingleSteps) {
       single[i]->step(actions[i]);
       steps.push_back({grouped[i].get(), actions[i].data()});
     }
-    Episode::step_group(steps.data(), steps.size());
+    Walker::step_group(steps.data(), steps.size());
     for (std::size_t i = 0; i < kSize; ++i) ASSERT_EQ(row_of(*grouped[i]), row_of(*single[i])) << i;
   }
 }

@@ -1,11 +1,11 @@
 // Episode records, as ~restore and the replay read them.
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 #include <stdexcept>
 
 #include "fuzz/target.h"
 #include "ros/checked_message.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "walker_sim/registry.h"
 
 namespace walker::fuzz {

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "episode/episode.h"
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
+#include "episode/walker.h"
 #include "error_message.h"
 #include "policy/policy_bytes.h"
 #include "stepper.h"
@@ -198,11 +198,11 @@ TEST(EpisodePlayer, AnExceptionOfTheReceiverEndsTheCall) {
 TEST(EpisodePlayer, AnEngineThatFailsEndsItsEpisodeAlone) {
   int number = 0;
   const auto walker = [&] {
-    auto robot = std::make_unique<FakeWalker>();
+    auto robot = std::make_unique<FakeRobot>();
     robot->length = 5;
     robot->step_fails = number == 1;
     robot->reset_fails = number++ == 2;
-    return std::make_unique<Episode>(std::move(robot));
+    return std::make_unique<Walker>(std::move(robot));
   };
   EpisodePlayer player(walker, {1, 3});
   PolicyBytes written = small_policy();

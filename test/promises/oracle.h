@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "episode/effects.h"
+#include "episode/disturbances.h"
 #include "kernel_variable.h"
 #include "promises/promises.h"
 #include "robots/robot.h"
@@ -49,7 +49,7 @@ class Oracle {
     step.action = action;
     step.info = info.data();
     try {
-      if (effects_) effects_->begin_step(action, num_steps(), step);
+      if (disturbances_) disturbances_->begin_step(action, num_steps(), step);
       robot_->step(step);
       observe();
       reward = step.reward;
@@ -89,9 +89,9 @@ class Oracle {
     error.clear();
     terminated = truncated = false;
     robot_->set_world(values);
-    effects_.reset();
-    if (Effects::has_any(values)) {
-      effects_ = std::make_unique<Effects>(values, specification(), begin_);
+    disturbances_.reset();
+    if (Disturbances::has_any(values)) {
+      disturbances_ = std::make_unique<Disturbances>(values, specification(), begin_);
     }
     try {
       robot_->reset(*generator_, info.data());
@@ -105,8 +105,8 @@ class Oracle {
   std::uint32_t num_steps() const { return static_cast<std::uint32_t>(actions_.size()); }
 
   void observe() {
-    if (effects_) {
-      effects_->observe(*robot_, num_steps(), observation.data());
+    if (disturbances_) {
+      disturbances_->observe(*robot_, num_steps(), observation.data());
     } else {
       robot_->observe(observation.data());
     }
@@ -114,7 +114,7 @@ class Oracle {
 
   Case case_;
   std::unique_ptr<Robot> robot_;
-  std::unique_ptr<Effects> effects_;
+  std::unique_ptr<Disturbances> disturbances_;
   std::unique_ptr<Generator> generator_;
   GeneratorState begin_{};  // before the reset
   bool has_begun_ = false;

@@ -13,8 +13,8 @@
 #include <tuple>
 #include <vector>
 
-#include "episode/episode.h"
 #include "episode/rollout.h"
+#include "episode/walker.h"
 #include "promises/oracle.h"
 #include "promises/promises.h"
 #include "walker_sim/pool.h"
@@ -27,7 +27,7 @@ class Episodes : public SingleWalkers {
   Episodes(const Case& one, bool resets_at_once)
       : SingleWalkers(make(one.id, parameters_of(one))->specification(), resets_at_once) {
     for (std::uint32_t i = 0; i < kNumWalkers; ++i) {
-      walkers_.push_back(make_episode(one.id, parameters_of(one)));
+      walkers_.push_back(make_walker(one.id, parameters_of(one)));
     }
   }
 
@@ -57,7 +57,7 @@ class Episodes : public SingleWalkers {
   }
   bool has_ended(std::uint32_t i) const override { return walkers_[i]->state().has_ended(); }
 
-  std::vector<std::unique_ptr<Episode>> walkers_;
+  std::vector<std::unique_ptr<Walker>> walkers_;
 };
 
 /// Episodes whose states are records, which others repeat.
@@ -73,7 +73,7 @@ class RecordedEpisodes final : public Episodes {
     return std::vector<std::byte>(records_.size());
   }
   void load(std::uint32_t walker, const std::vector<std::byte>& state) override {
-    const std::unique_ptr<Episode> other = make_episode(case_.id, parameters_of(case_));
+    const std::unique_ptr<Walker> other = make_walker(case_.id, parameters_of(case_));
     prepare(*other);
     EpisodeRecord record = records_.at(state.size() - 1);
     if (state.back() != std::byte{}) record.checksums.back() ^= 1U;  // a damaged one
@@ -84,7 +84,7 @@ class RecordedEpisodes final : public Episodes {
   }
 
  private:
-  static void prepare(Episode& episode) { episode.configure({std::nullopt, true}); }
+  static void prepare(Walker& episode) { episode.configure({std::nullopt, true}); }
 
   const Case case_;
   std::vector<EpisodeRecord> records_;
@@ -155,7 +155,7 @@ class PoolWalkers : public Interface {
   std::vector<bool> find_resets() {
     std::vector<bool> resets(kCount);
     for (std::uint32_t row = 0; row < kCount; ++row) {
-      resets[row] = pool.episode(row).state().has_ended();
+      resets[row] = pool.walker(row).state().has_ended();
     }
     return resets;
   }
@@ -177,7 +177,7 @@ class PoolWalkers : public Interface {
   void add_first_row(std::uint32_t row, std::uint32_t walker) {
     add_reset(walker, &arrays.observations[row * arrays.observation_size],
               arrays.info.data() + row * arrays.num_infos,
-              pool.episode(walker).state().world_values(), pool.reset_error(walker));
+              pool.walker(walker).state().world_values(), pool.reset_error(walker));
   }
 
   Pool pool;
@@ -210,7 +210,7 @@ class DisabledPool final : public PoolWalkers {
     }
     for (std::uint32_t row = 0; row < stepped.size(); ++row) {
       add_row(row, stepped[row], false);
-      if (pool.episode(stepped[row]).state().has_ended()) ended.push_back(stepped[row]);
+      if (pool.walker(stepped[row]).state().has_ended()) ended.push_back(stepped[row]);
     }
     if (ended.empty()) return;
     pool.reset(ended, {}, arrays.batch());

@@ -12,7 +12,7 @@ from walker_sim.commands import play
 from walker_sim.commands.policies import make_policies
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Walkers
+from walker_sim.walkers import Walkers
 from walker_sim.window import Pace
 from walkers import shown
 

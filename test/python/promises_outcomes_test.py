@@ -11,7 +11,7 @@ import walker_sim
 from promises import CASES, hexadecimal, write_model
 from walker_sim import _core, episode_player
 from walker_sim.training.policy_file import PolicyFile, write_policy
-from walker_sim.transport import by_name
+from walker_sim.walkers import by_name
 from walker_sim.worlds import to_world
 
 SEEDS = 5

@@ -4,7 +4,7 @@ import pathlib
 import re
 
 from walker_sim import _core
-from walker_sim.transport import libm_of
+from walker_sim.walkers import libm_of
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "reliability.md"
 

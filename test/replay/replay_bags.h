@@ -21,7 +21,7 @@
 
 #include "replay/replay.h"
 #include "restorable.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "server/topics/converters.h"
 #include "temporary_folder.h"
 #include "walker_sim/EpisodeRecord.h"

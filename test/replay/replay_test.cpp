@@ -11,7 +11,7 @@
 
 #include "base/engine_release.h"
 #include "replay/replay_bags.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "test_name.h"
 
 namespace walker::test {

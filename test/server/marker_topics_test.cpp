@@ -11,7 +11,7 @@
 
 #include <ros/callback_queue.h>
 
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "server/inbox.h"
 
 namespace walker::test {
@@ -111,7 +111,7 @@ class MarkerTopicsTest : public testing::Test {
   ros::CallbackQueue callbacks_;
   ros::NodeHandle node_;
   CountingWalker& walker_;
-  Episode episode_;
+  Walker episode_;
   ros::Time stamp_{100};
   std::unique_ptr<MarkerTopics> topics_;
 };

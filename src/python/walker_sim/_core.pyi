@@ -2,7 +2,7 @@ from typing import Any, Callable, Final, Sequence
 
 from numpy.typing import NDArray
 
-from walker_sim.transport import Batch
+from walker_sim.walkers import Batch
 
 Array = NDArray[Any]
 ByName = dict[str, Any]

@@ -11,10 +11,10 @@ from gymnasium.error import ClosedEnvironmentError
 from numpy.typing import ArrayLike, NDArray
 
 from walker_sim.arguments import refuse_unknown, to_action, to_coordinates
+from walker_sim.making import make_single
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import ALL_MODES, Picture, Pictures, metadata_of, split_keywords
-from walker_sim.transport import ServerAddress, State, attributes_of, by_name, spaces_of
-from walker_sim.walkers import make_single
+from walker_sim.walkers import ServerAddress, State, attributes_of, by_name, spaces_of
 from walker_sim.worlds import AnyWorld, World, to_world
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Colors, Depths, State, Walkers
+from walker_sim.walkers import Batch, Colors, Depths, State, Walkers
 from walker_sim.worlds import World
 
 GeneratorState = Sequence[int]

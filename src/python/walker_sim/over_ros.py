@@ -17,7 +17,7 @@ from walker_sim import _core
 from walker_sim.arguments import to_count
 from walker_sim.errors import ServerMismatch
 from walker_sim.rendering import Pictures
-from walker_sim.transport import Batch, Colors, Depths, ServerAddress, Specification, State, Walkers
+from walker_sim.walkers import Batch, Colors, Depths, ServerAddress, Specification, State, Walkers
 from walker_sim.worlds import World
 
 ANY = -1

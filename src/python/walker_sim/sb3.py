@@ -13,11 +13,11 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from walker_sim.arguments import refuse_unknown, to_actions, to_count, to_indices
+from walker_sim.making import make_walkers
 from walker_sim.registration import NAMESPACE, without_namespace
 from walker_sim.rendering import Draw, Pictures, metadata_of, split_keywords
 from walker_sim.sb3_env_fns import EnvFns, VecEnvSpec, spec_of
-from walker_sim.transport import ServerAddress, attributes_of, by_name, spaces_of
-from walker_sim.walkers import make_walkers
+from walker_sim.walkers import ServerAddress, attributes_of, by_name, spaces_of
 from walker_sim.worlds import AnyWorld, AnyWorlds, to_world, to_worlds
 
 Infos = List[Dict[str, Any]]

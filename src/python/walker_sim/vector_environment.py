@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from walker_sim import _core, arguments
 from walker_sim.in_process import InProcessWalkers
+from walker_sim.making import make_walkers
 from walker_sim.registration import without_namespace
 from walker_sim.rendering import Draw, Picture, Pictures, metadata_of, split_keywords
-from walker_sim.transport import Batch, ServerAddress, attributes_of, spaces_of
 from walker_sim.vector_infos import Infos, add_errors, add_finals, add_worlds, to_infos
-from walker_sim.walkers import make_walkers
+from walker_sim.walkers import Batch, ServerAddress, attributes_of, spaces_of
 from walker_sim.worlds import AnyWorlds, World, to_worlds
 
 try:

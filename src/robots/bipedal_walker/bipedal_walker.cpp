@@ -70,7 +70,7 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   const auto walker_of = [](const RobotStep& step) -> BipedalWalker& {
     return static_cast<BipedalWalker&>(*step.robot);
   };
-  std::array<WorldCall, kMaxGroupSize> calls;
+  std::array<PhysicsCall, kMaxGroupSize> calls;
   std::array<RobotStep*, kMaxGroupSize> members;
   std::size_t num_calls = 0;
   for (RobotStep* const* each = steps; each != steps + count; ++each) {
@@ -101,7 +101,7 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
     try {
       if (step.failure) std::rethrow_exception(step.failure);
       if (kernel_ == nullptr) walker.physics_->step();
-      cast_lidar(*walker.physics_, walker.terrain_, walker.world_.lidar_range, walker.lidar_);
+      cast_lidar(*walker.physics_, walker.ground_, walker.world_.lidar_range, walker.lidar_);
       walker.finish_step(step);
     } catch (...) {
       // A failed assertion leaves the world locked. The next reset makes a new one.
@@ -111,11 +111,11 @@ void BipedalWalker::step_group(RobotStep* const* steps, std::size_t count) noexc
   }
 }
 
-/// Draws in Gymnasium's order: terrain, clouds, push.
+/// Draws in Gymnasium's order: ground, clouds, push.
 void BipedalWalker::begin_episode(Generator& generator) {
   world_ = next_world_;
-  terrain_origin_ = generator.state();
-  terrain_ = generate_terrain(generator, is_hardcore_, world_.level);
+  ground_origin_ = generator.state();
+  ground_ = draw_ground(generator, is_hardcore_, world_.level);
   clouds_ = generate_clouds(generator);
   build_world(generator.uniform(-world_.initial_force, world_.initial_force), reuses_world_);
   shaping_.reset();
@@ -129,7 +129,7 @@ void BipedalWalker::build_world(double push, bool reuse) {
     } else {
       physics_.emplace();
     }
-    physics_->build(terrain_, push, world_.dynamics);
+    physics_->build(ground_, push, world_.dynamics);
   } catch (...) {
     physics_.reset();
     throw;
@@ -215,13 +215,13 @@ void BipedalWalker::sense(Sensors& sensors) {
   }
 }
 
-void BipedalWalker::scene(Scene& scene) const { describe_scene(terrain_, clouds_, scene); }
+void BipedalWalker::scene(Scene& scene) const { describe_scene(ground_, clouds_, scene); }
 
-/// Terrain and clouds are not written; `load` draws them again from the generator's state.
+/// Ground and clouds are not written; `load` draws them again from the generator's state.
 void BipedalWalker::save(StateWriter& writer) const {
   writer.number(std::uint8_t{physics_.has_value()});
   if (!physics_) return;
-  writer.numbers(terrain_origin_.data(), terrain_origin_.size());
+  writer.numbers(ground_origin_.data(), ground_origin_.size());
   writer.number(std::uint8_t{shaping_.has_value()});
   writer.number(shaping_.value_or(0));
   writer.number(velocity_before_step_);
@@ -242,8 +242,8 @@ std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues
       next_world_ = world;
     };
   }
-  GeneratorState terrain_origin{};
-  reader.numbers(terrain_origin.data(), terrain_origin.size());
+  GeneratorState ground_origin{};
+  reader.numbers(ground_origin.data(), ground_origin.size());
   const bool has_shaping = reader.flag();
   std::optional<double> shaping =
       reader.finite_number<double>("the shaping", 10 * double{kMaxSaved});
@@ -257,20 +257,20 @@ std::function<void()> BipedalWalker::load(StateReader& reader, const WorldValues
     ray.fraction = reader.finite_number("the fraction of a ray", 1.0F);
     ray.hit = reader.flag();
   }
-  const bool is_same_world = physics_ && terrain_origin == terrain_origin_ && world == world_;
-  Terrain terrain;
+  const bool is_same_world = physics_ && ground_origin == ground_origin_ && world == world_;
+  Ground ground;
   Clouds clouds{};
   if (!is_same_world) {
-    Generator generator(terrain_origin);
-    terrain = generate_terrain(generator, is_hardcore_, world.level);
+    Generator generator(ground_origin);
+    ground = draw_ground(generator, is_hardcore_, world.level);
     clouds = generate_clouds(generator);
   }
-  auto restore = Physics::read_state(reader, is_same_world ? terrain_ : terrain);
-  return [this, world, is_same_world, terrain_origin, clouds, shaping, velocity_before_step, lidar,
-          terrain = std::move(terrain), restore = std::move(restore)] {
+  auto restore = Physics::read_state(reader, is_same_world ? ground_ : ground);
+  return [this, world, is_same_world, ground_origin, clouds, shaping, velocity_before_step, lidar,
+          ground = std::move(ground), restore = std::move(restore)] {
     if (!is_same_world) {
-      terrain_origin_ = terrain_origin;
-      terrain_ = terrain;
+      ground_origin_ = ground_origin;
+      ground_ = ground;
       clouds_ = clouds;
       world_ = world;
       build_world(0, false);

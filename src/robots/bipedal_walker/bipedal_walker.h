@@ -27,11 +27,11 @@ namespace walker::bipedal_walker {
 ///
 ///   shaping    = 130 x / 30 - 5 |angle|
 ///   reward     = (shaping - the last step's shaping) - 0.028 sum_i min(|action_i|, 1)
-///   fall       = the hull has touched the terrain, or x < 0
+///   fall       = the hull has touched the ground, or x < 0
 ///   reward     = -100 on a fall
 ///   terminated = fall, or x > (200 - 10) 14/30 m
 ///
-/// 0.028 is 0.00035 times the motors' 80 N m. A reset draws terrain, clouds and the push on the
+/// 0.028 is 0.00035 times the motors' 80 N m. A reset draws ground, clouds and the push on the
 /// hull, builds the world, and makes a step of zero action, whose shaping is the first one.
 ///
 /// Source: Gymnasium 1.4.0, envs/box2d/bipedal_walker.py, BipedalWalker.reset and step.
@@ -68,15 +68,15 @@ class BipedalWalker : public Robot {
 
   bool is_hardcore_;
   bool reuses_world_;
-  const Kernel* kernel_;  // steps a group of worlds; null if none is available
+  const Kernel* kernel_;  // steps a group of instances; null if none is available
   std::shared_ptr<const Specification> specification_;
   // Empty before the first reset and after a failure. Stored in place: a step touches little of a
   // world's 100 KiB, and untouched pages of a fresh allocation take up no memory.
   std::optional<Physics> physics_;
-  GeneratorState terrain_origin_{};  // generator state before terrain and clouds
-  WorldSettings next_world_;         // of the resets to come
-  WorldSettings world_;              // of this episode
-  Terrain terrain_;
+  GeneratorState ground_origin_{};  // generator state before ground and clouds
+  WorldSettings next_world_;        // of the resets to come
+  WorldSettings world_;             // of this episode
+  Ground ground_;
   Clouds clouds_{};
   LidarScan lidar_;
   std::optional<double> shaping_;      // of the reward

@@ -1,7 +1,7 @@
 // Gymnasium's constants of BipedalWalker-v3 (gymnasium/envs/box2d/bipedal_walker.py, 1.4.0).
 //
 // Lengths are pixels over kScale. The arithmetic is written as Gymnasium evaluates it, because
-// the bits of engine and terrain, which depend on these doubles, must match.
+// the bits of engine and ground, which depend on these doubles, must match.
 #pragma once
 
 #include "robots/level.h"

@@ -11,7 +11,7 @@
 namespace walker::bipedal_walker {
 
 /// Swings one leg forward, puts it down, and pushes off with the other. It does not balance,
-/// so its return exceeds 200 on only about 15 % of the terrains.
+/// so its return exceeds 200 on only about 15 % of the grounds.
 ///
 /// Inputs: the observation's first 14 values s, of which s[2] is the scaled forward speed. Angles
 /// and speeds below are the observation's (knee angles plus 1). State: the phase, which leg moves,

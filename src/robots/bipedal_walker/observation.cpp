@@ -132,7 +132,7 @@ void add(const SensorNoise& noise, const b2Vec2& center, const LidarScan& scan, 
 
 /// This does not search the world's tree: the ground is sorted from left to right, so the few
 /// pieces that rays can hit are known. The nearest hit does not depend on their order.
-void cast_lidar(const Physics& physics, const Terrain& terrain, double range, LidarScan& scan) {
+void cast_lidar(const Physics& physics, const Ground& ground, double range, LidarScan& scan) {
   // The rays' directions: forward, down. Computed by the C library's sine, as in Gymnasium.
   static const auto kRays = [] {
     std::array<std::array<double, 2>, kLidarRays> rays{};
@@ -162,11 +162,11 @@ void cast_lidar(const Physics& physics, const Terrain& terrain, double range, Li
     return static_cast<std::size_t>(std::clamp(index, 0.0, kLastEdge));
   };
   for (std::size_t i = edge_below(left); i <= edge_below(right); ++i) {
-    intersect_edge(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]), origin, ends,
+    intersect_edge(to_vector(ground.points[i]), to_vector(ground.points[i + 1]), origin, ends,
                    scan);
   }
-  for (std::size_t i = 0; i < terrain.obstacles.size(); ++i) {
-    const std::array<Point, 4>& corners = terrain.obstacles[i];  // left and right first
+  for (std::size_t i = 0; i < ground.obstacles.size(); ++i) {
+    const std::array<Point, 4>& corners = ground.obstacles[i];  // left and right first
     if (corners[1].x < double{left} || corners[0].x > double{right}) continue;
     intersect_obstacle(physics.obstacle(i), static_cast<float>(corners[0].x), origin, ends, scan);
   }

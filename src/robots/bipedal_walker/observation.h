@@ -21,20 +21,20 @@ struct RayHit {
 using LidarScan = std::array<RayHit, kLidarRays>;
 
 /// Casts ray i from the hull's origin towards (sin 0.15 i, -cos 0.15 i): ray 0 straight down, later
-/// ones further forward. The rays do not turn with the hull, and hit only terrain, not the legs.
+/// ones further forward. The rays do not turn with the hull, and hit only ground, not the legs.
 ///
 /// With the origin o and the end e_i = o + range (sin 0.15 i, -cos 0.15 i), a fraction is the
-/// smallest t in [0, 1] at which o + t (e_i - o) is on the terrain. For an edge from p to q with
+/// smallest t in [0, 1] at which o + t (e_i - o) is on the ground. For an edge from p to q with
 /// the normal n:
 ///
 ///   t = n . (p - o) / n . (e_i - o),   a hit if 0 <= (o + t (e_i - o) - p) . (q - p) <= |q - p|^2
 ///
 /// Source: Gymnasium 1.4.0, envs/box2d/bipedal_walker.py, BipedalWalker.step and LidarCallback;
 /// Box2D (box2d-py 2.3.8), Collision/Shapes/b2EdgeShape.cpp and b2PolygonShape.cpp, RayCast.
-/// @param terrain the terrain that `physics` was built with
+/// @param ground the ground that `physics` was built with
 /// @param range length of the rays [m]
 /// @throws std::logic_error, Box2D's assertion, if the hull's position is not finite
-void cast_lidar(const Physics& physics, const Terrain& terrain, double range, LidarScan& scan);
+void cast_lidar(const Physics& physics, const Ground& ground, double range, LidarScan& scan);
 
 enum ObservationIndex : std::size_t {
   kHullAngle,

@@ -30,7 +30,7 @@ b2BodyDef dynamic_body(const Point& position, double angle) {
   return definition;
 }
 
-/// Fills Box2D's process-wide tables, which the first world and the first contact initialise.
+/// Fills Box2D's process-wide tables, which the first b2World and the first contact initialise.
 void fill_tables() {
   const auto world = std::make_unique<b2World>(b2Vec2(0, 0));  // 100 KiB: too large for a stack
   b2CircleShape circle;
@@ -51,7 +51,7 @@ b2Vec2 first_gravity() {
   return kVector;
 }
 
-constexpr std::uint16_t kGroundCategory = 0x0001;  // collision bits of terrain
+constexpr std::uint16_t kGroundCategory = 0x0001;  // collision bits of ground
 constexpr std::uint16_t kWalkerCategory = 0x0020;  // collision bits of hull and legs
 constexpr std::uint16_t kAllCategories = 0xFFFF;
 constexpr double kHullDensity = 5.0;
@@ -105,11 +105,11 @@ b2RevoluteJoint* create_joint(b2Body* parent, b2Body* child, double anchor_y, do
 
 Physics::Physics() : world_(first_gravity()) {}
 
-void Physics::build(const Terrain& terrain, double push, const Dynamics& dynamics) {
+void Physics::build(const Ground& ground, double push, const Dynamics& dynamics) {
   dynamics_ = dynamics;
   world_.SetContactListener(&contacts_);
   world_.SetGravity(to_vector({0, dynamics_.gravity}));
-  build_terrain(terrain);
+  build_ground(ground);
   constexpr std::array<Point, 5> kHull{{{-30 / kScale, +9 / kScale},
                                         {+6 / kScale, +9 / kScale},
                                         {+34 / kScale, +1 / kScale},
@@ -125,8 +125,8 @@ void Physics::build(const Terrain& terrain, double push, const Dynamics& dynamic
 
 void Physics::destroy() {
   world_.SetContactListener(nullptr);
-  std::for_each(terrain_.rbegin(), terrain_.rend(), [this](b2Body* b) { world_.DestroyBody(b); });
-  terrain_.clear();
+  std::for_each(ground_.rbegin(), ground_.rend(), [this](b2Body* b) { world_.DestroyBody(b); });
+  ground_.clear();
   world_.DestroyBody(hull_);  // also destroys the hip joints
   hull_ = nullptr;
   for (b2Body*& limb : limbs_) {
@@ -136,20 +136,20 @@ void Physics::destroy() {
   joints_ = {};
 }
 
-/// Creates terrain if the body is static, else a part of the walker.
+/// Creates ground if the body is static, else a part of the walker.
 b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double density,
                              double friction) {
-  const bool is_terrain = body.type == b2_staticBody;
+  const bool is_ground = body.type == b2_staticBody;
   b2FixtureDef fixture;
   fixture.shape = &shape;
   fixture.density = static_cast<float>(density);
   // A contact's friction is the geometric mean of its fixtures', so all are scaled.
   fixture.friction = static_cast<float>(friction * dynamics_.friction_scale);
-  fixture.filter.categoryBits = is_terrain ? kGroundCategory : kWalkerCategory;
-  fixture.filter.maskBits = is_terrain ? kAllCategories : kGroundCategory;
+  fixture.filter.categoryBits = is_ground ? kGroundCategory : kWalkerCategory;
+  fixture.filter.maskBits = is_ground ? kAllCategories : kGroundCategory;
   b2Body* created = world_.CreateBody(&body);
   created->CreateFixture(&fixture);
-  if (!is_terrain && dynamics_.mass_scale != 1) {
+  if (!is_ground && dynamics_.mass_scale != 1) {
     // A scaled density would round the centre of mass, which the kernel's worlds share.
     b2MassData mass;
     created->GetMassData(&mass);
@@ -160,21 +160,21 @@ b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double
   return created;
 }
 
-void Physics::build_terrain(const Terrain& terrain) {
-  const std::size_t pieces = terrain.obstacles.size() + terrain.ground.size() - 1;
-  terrain_.reserve(pieces);
+void Physics::build_ground(const Ground& ground) {
+  const std::size_t pieces = ground.obstacles.size() + ground.points.size() - 1;
+  ground_.reserve(pieces);
   reserve_tree_nodes(static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
   const auto add = [this](const b2Shape& shape) {
     const b2BodyDef body;  // static, at the origin
-    terrain_.push_back(create_body(body, shape, 0, kTerrainFriction));
+    ground_.push_back(create_body(body, shape, 0, kTerrainFriction));
     clear_move_buffer();
   };
-  for (const auto& obstacle : terrain.obstacles) {
-    add(terrain.obstacles_are_gymnasiums ? polygon_of(obstacle) : box_of(obstacle));
+  for (const auto& obstacle : ground.obstacles) {
+    add(ground.obstacles_are_gymnasiums ? polygon_of(obstacle) : box_of(obstacle));
   }
-  for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
+  for (std::size_t i = 0; i + 1 < ground.points.size(); ++i) {
     b2EdgeShape shape;
-    shape.Set(to_vector(terrain.ground[i]), to_vector(terrain.ground[i + 1]));
+    shape.Set(to_vector(ground.points[i]), to_vector(ground.points[i + 1]));
     add(shape);
   }
 }

@@ -1,4 +1,4 @@
-// The walker as Box2D bodies, on its terrain.
+// The walker as Box2D bodies, on its ground.
 #pragma once
 
 #include <array>
@@ -46,8 +46,8 @@ constexpr float kMaxSaved = 1e8F;
 /// affects the engine's bits. box2d_pinned/ defines what needs Box2D's private members.
 ///
 /// Model: five rigid bodies in the x,y plane, y up. The hull (5 kg/m^2) carries two legs, each an
-/// upper and a lower box (1 kg/m^2), on revolute joints with limits and velocity motors. Terrain is
-/// static edges and boxes. The walker's bodies touch only terrain. There is no restitution.
+/// upper and a lower box (1 kg/m^2), on revolute joints with limits and velocity motors. Ground is
+/// static edges and boxes. The walker's bodies touch only ground. There is no restitution.
 ///
 ///   angle of a joint    q = angle of child - angle of parent - the same difference at the start
 ///   limits              hip -0.8 .. 1.1 rad, knee -1.6 .. -0.1 rad
@@ -56,12 +56,12 @@ constexpr float kMaxSaved = 1e8F;
 ///   joint_damping c     torque = -c dq/dt on the child, the opposite on the parent; dq/dt is that
 ///                       before the step
 ///   push J              force  = J / dt on the hull's centre of mass
-///   friction            sqrt(mu_1 mu_2): hull 0.1, legs 0.2, terrain 2.5, each * friction_scale
+///   friction            sqrt(mu_1 mu_2): hull 0.1, legs 0.2, ground 2.5, each * friction_scale
 ///
 /// A step (b2World::Step, dt = 1/50 s, 180 velocity and 60 position iterations) finds contacts,
 /// applies forces to velocities, solves joints and contacts by sequential impulses, integrates
 /// positions by the new velocities and corrects them. If a body then would have passed through
-/// terrain, its motion is redone from the time of impact. The kernel has the equations:
+/// ground, its motion is redone from the time of impact. The kernel has the equations:
 /// kernel/island.h, and kernel/solve.h for impacts.
 ///
 /// Inputs: motor speeds and torque limits, forces and torques. State: positions and velocities of
@@ -76,9 +76,9 @@ class Physics {
   Physics& operator=(const Physics&) = delete;
   ~Physics() = default;
 
-  /// Creates terrain, hull and legs at the start. The world must be empty.
+  /// Creates ground, hull and legs at the start. The world must be empty.
   /// @param push horizontal force on the hull during the first step [N]
-  void build(const Terrain& terrain, double push, const Dynamics& dynamics = {});
+  void build(const Ground& ground, double push, const Dynamics& dynamics = {});
 
   /// Destroys all bodies, in Gymnasium's order. The world keeps its own state.
   void destroy();
@@ -103,10 +103,10 @@ class Physics {
   void save(StateWriter& writer) const;
 
   /// Reads a state and validates every index.
-  /// @param terrain the terrain of the destination world
-  /// @return a function that restores the state in a world built with this terrain
+  /// @param ground the ground of the destination world
+  /// @return a function that restores the state in a world built with this ground
   /// @throws std::invalid_argument naming the invalid value
-  static std::function<void(Physics&)> read_state(StateReader& reader, const Terrain& terrain);
+  static std::function<void(Physics&)> read_state(StateReader& reader, const Ground& ground);
 
   WalkerParts parts();
 
@@ -117,8 +117,8 @@ class Physics {
   const b2World& world() const { return world_; }
   const b2Body& hull() const { return *hull_; }
   const b2RevoluteJoint& joint(std::size_t index) const { return *joints_[index]; }
-  /// @param index into Terrain::obstacles
-  const b2Fixture& obstacle(std::size_t index) const { return *terrain_[index]->GetFixtureList(); }
+  /// @param index into Ground::obstacles
+  const b2Fixture& obstacle(std::size_t index) const { return *ground_[index]->GetFixtureList(); }
 
  private:
   /// Tracks contacts as Gymnasium's ContactDetector does: the end of any contact of a leg clears
@@ -158,7 +158,7 @@ class Physics {
   };
 
   b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction);
-  void build_terrain(const Terrain& terrain);
+  void build_ground(const Ground& ground);
   void build_leg(std::size_t leg);
   void reserve_tree_nodes(int fixtures);
   void clear_move_buffer();
@@ -166,21 +166,21 @@ class Physics {
   b2World world_;
   Dynamics dynamics_;
   Contacts contacts_;
-  std::vector<b2Body*> terrain_;  // obstacles, then the ground
+  std::vector<b2Body*> ground_;  // obstacles, then the ground
   b2Body* hull_ = nullptr;
   std::array<b2Body*, kJointCount> limbs_{};
   std::array<b2RevoluteJoint*, kJointCount> joints_{};
 };
 
 /// One call of `Physics::step` within a group.
-struct WorldCall {
+struct PhysicsCall {
   Physics* physics;
   std::exception_ptr* failure;  ///< receives what `step` would have thrown
 };
 
-/// Advances distinct worlds by one step. Each world gets the same bits as by `Physics::step`.
+/// Advances distinct instances by one step. Each gets the same bits as by `Physics::step`.
 /// @param count at most kMaxGroupSize
-void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept;
+void step_together(const Kernel& kernel, PhysicsCall* calls, std::size_t count) noexcept;
 
 /// Whether rotations have the C library's bits, and some hundred steps have Box2D's.
 bool has_box2ds_bits(const Kernel& kernel);

@@ -10,7 +10,7 @@ namespace walker::bipedal_walker {
 
 /// Draws as Gymnasium 1.4 does: a side view, 400 pixels high for 13.3 m, with the hull 4 m from the
 /// left edge. Another height scales the picture, and another width shows more or less of the
-/// terrain on the right. Depth is not supported.
+/// ground on the right. Depth is not supported.
 ///
 /// The camera's optical frame is in the middle of the picture, 10 m to the right of the walker. The
 /// distance is arbitrary, because the projection is parallel.

@@ -63,7 +63,7 @@ Link read_link(const std::string& name, const b2Body& body, const Frame& frame, 
 void read_walker(Specification& specification) {
   Generator generator(0);
   const auto physics = std::make_unique<Physics>();  // 100 KiB: too large for a stack
-  physics->build(generate_terrain(generator, false), 0);
+  physics->build(draw_ground(generator, false), 0);
   const std::array<const char*, kJointCount> joints{"hip_1", "knee_1", "hip_2", "knee_2"};
   const std::array<const char*, kJointCount> children{"upper_leg_1", "lower_leg_1", "upper_leg_2",
                                                       "lower_leg_2"};
@@ -170,13 +170,13 @@ Clouds generate_clouds(Generator& generator) {
   return clouds;
 }
 
-void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene) {
+void describe_scene(const Ground& ground, const Clouds& clouds, Scene& scene) {
   scene = Scene{};
-  for (std::size_t i = 0; i + 1 < terrain.ground.size(); ++i) {
-    const Point& from = terrain.ground[i];
-    const Point& to = terrain.ground[i + 1];
+  for (std::size_t i = 0; i + 1 < ground.points.size(); ++i) {
+    const Point& from = ground.points[i];
+    const Point& to = ground.points[i + 1];
     scene.ground.push_back(
-        {{{from.x, from.y}, {to.x, to.y}, {to.x, terrain.bottom}, {from.x, terrain.bottom}},
+        {{{from.x, from.y}, {to.x, to.y}, {to.x, ground.bottom}, {from.x, ground.bottom}},
          rgb(102, 153, 76)});
     scene.surface_colors.push_back(rgb(76, i % 2 == 0 ? 255 : 204, 76));
   }
@@ -185,7 +185,7 @@ void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene) 
     for (const Point& point : outline) polygon.points.push_back({point.x, point.y});
     return polygon;
   };
-  for (const auto& obstacle : terrain.obstacles) scene.obstacles.push_back(white(obstacle));
+  for (const auto& obstacle : ground.obstacles) scene.obstacles.push_back(white(obstacle));
   for (const Cloud& cloud : clouds) scene.clouds.push_back(white(cloud));
   scene.flags.push_back({3 * kTerrainStep, kTerrainHeight, kFlagHeight, rgb(230, 51, 0)});
 }

@@ -32,8 +32,8 @@ using Clouds = std::array<Cloud, kTerrainLength / 20>;
 /// Draws exactly what Gymnasium's `_generate_clouds` draws, in its order.
 Clouds generate_clouds(Generator& generator);
 
-/// Sets the scene to terrain, clouds and flag in Gymnasium's colours.
-void describe_scene(const Terrain& terrain, const Clouds& clouds, Scene& scene);
+/// Sets the scene to ground, clouds and flag in Gymnasium's colours.
+void describe_scene(const Ground& ground, const Clouds& clouds, Scene& scene);
 
 /// Converts from Box2D's x,y plane to the world's x,z plane: a positive angle turns about -y.
 Vector3 to_vector3(const b2Vec2& vector);

@@ -29,7 +29,7 @@ bool operator==(const WorldSettings& a, const WorldSettings& b) {
 WorldSettings settings_of(const WorldValues& values) {
   WorldSettings settings;
   if (values.empty()) return settings;
-  settings.level = level_of(values, kCourseSize, settings.level.ground_roughness);
+  settings.level = level_of(values, kGroundSize, settings.level.ground_roughness);
   Dynamics& dynamics = settings.dynamics;
   dynamics.gravity = value_or(values, "gravity", dynamics.gravity);
   dynamics.friction_scale = value_or(values, "friction_scale", dynamics.friction_scale);
@@ -76,7 +76,7 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
 }
 
 void check_world(const World& world, bool hardcore) {
-  check_level(world, kCourseSize, hardcore, ", or take BipedalWalkerHardcore-v3");
+  check_level(world, kGroundSize, hardcore, ", or take BipedalWalkerHardcore-v3");
   // The damping's torque is constant over a step. At twice this limit joints begin to oscillate.
   const double lightest = range_or(world, "mass_scale", 1).low;
   const double damping = range_or(world, "joint_damping", 0).high;

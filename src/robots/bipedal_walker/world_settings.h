@@ -10,8 +10,8 @@
 
 namespace walker::bipedal_walker {
 
-/// Gymnasium's course, with its smallest obstacles.
-constexpr CourseSize kCourseSize{kTerrainLength,
+/// Gymnasium's ground, with its smallest obstacles.
+constexpr GroundSize kGroundSize{kTerrainLength,
                                  kTerrainStep,
                                  kTerrainHeight,
                                  {kTerrainStep, kTerrainStep, 0},
@@ -28,9 +28,9 @@ struct WorldSettings {
 bool operator==(const WorldSettings& a, const WorldSettings& b);
 
 /// Draws exactly what Gymnasium's `_generate_terrain` draws, in its order.
-/// @param hardcore whether the terrain has stumps, stairs and pits
-inline Terrain generate_terrain(Generator& generator, bool hardcore, const Level& level = {}) {
-  return walker::generate_terrain(generator, kCourseSize, hardcore, level);
+/// @param hardcore whether the ground has stumps, stairs and pits
+inline Ground draw_ground(Generator& generator, bool hardcore, const Level& level = {}) {
+  return walker::draw_ground(generator, kGroundSize, hardcore, level);
 }
 
 /// Ignores the names that are not in `world_parameters`.

@@ -25,7 +25,7 @@ void install_internal_edges();
 
 /// Sets the sines of the largest angles between the normal of a level's box and those of its
 /// contacts. A level's boxes are geoms of the world's body that `body_geomnum` does not count.
-/// @param left, right `CourseBox::max_tilt`
+/// @param left, right `GroundBox::max_tilt`
 void set_max_tilt(mjModel& model, int box, double left, double right);
 
 }  // namespace walker::mujoco

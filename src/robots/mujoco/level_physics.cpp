@@ -279,7 +279,7 @@ void LevelModel::write_pair(int row, const Pair& pair, int geom) {
   std::copy(pair.friction.begin(), pair.friction.end(), at(model_.pair_friction, row, 5));
 }
 
-void LevelModel::write_box(int geom, const CourseBox& box) {
+void LevelModel::write_box(int geom, const GroundBox& box) {
   const std::array<mjtNum, 3> size{box.half_size[0], half_width_, box.half_size[1]};
   std::copy(size.begin(), size.end(), at(model_.geom_size, geom, 3));
   model_.geom_rbound[geom] = mju_norm3(size.data());
@@ -303,13 +303,13 @@ void LevelModel::forget() {
   model_.npair = stepped_.npair = 0;
 }
 
-void LevelModel::place(const Course& course, mjData& data) {
-  // The course's coordinates are the slides' distances from their first positions.
+void LevelModel::place(const BoxGround& ground, mjData& data) {
+  // The ground's coordinates are the slides' distances from their first positions.
   const double x = data.qpos[kBaseX] - source_->qpos0[kBaseX];
   const double cell = std::floor(x / kCell);
   if (cell != cell_ && std::isfinite(cell)) {
     cell_ = cell;
-    place_boxes(course, cell * kCell);
+    place_boxes(ground, cell * kCell);
     mj_kinematics(&model_, &data);
   } else {
     mj_kinematics(&stepped_, &data);
@@ -318,9 +318,9 @@ void LevelModel::place(const Course& course, mjData& data) {
 }
 
 /// @param x of the cell's left end
-void LevelModel::place_boxes(const Course& course, double x) {
+void LevelModel::place_boxes(const BoxGround& ground, double x) {
   boxes_.clear();
-  for (const CourseBox& box : course.boxes()) {
+  for (const GroundBox& box : ground.boxes()) {
     if (box.left > x + kCell + reach_) break;
     if (box.right < x - reach_) continue;
     if (boxes_.size() == static_cast<std::size_t>(max_boxes_))
@@ -357,8 +357,8 @@ void LevelModel::place_pairs(const mjData& data) {
 LevelPhysics::LevelPhysics(std::shared_ptr<LevelModel> level)
     : LibraryPhysics(model_of(level), make_data(level->largest())), level_(std::move(level)) {}
 
-void LevelPhysics::set_course(std::shared_ptr<const Course> course) {
-  course_ = std::move(course);
+void LevelPhysics::set_ground(std::shared_ptr<const BoxGround> ground) {
+  ground_ = std::move(ground);
   level_->forget();
 }
 
@@ -374,14 +374,14 @@ void LevelPhysics::reset(const double* position, const double* velocity) {
   level_->forget();  // the boxes' poses are reset too
   std::copy_n(position, model().nq, data.qpos);
   std::copy_n(velocity, model().nv, data.qvel);
-  level_->place(*course_, data);
+  level_->place(*ground_, data);
   mj_forward(&model(), &data);
 }
 
 void LevelPhysics::step(const double* control, const ExternalForces& forces, int count) {
   for (int i = 0; i < count; ++i) {
     advance(level_->stepped(), mutable_data(), control, forces, 1);
-    level_->place(*course_, mutable_data());
+    level_->place(*ground_, mutable_data());
   }
   check_warnings(data());
 }
@@ -389,7 +389,7 @@ void LevelPhysics::step(const double* control, const ExternalForces& forces, int
 void LevelPhysics::load(const double* values) {
   LibraryPhysics::load(values);
   level_->forget();
-  level_->place(*course_, mutable_data());
+  level_->place(*ground_, mutable_data());
 }
 
 }  // namespace walker::mujoco

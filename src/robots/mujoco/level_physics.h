@@ -1,4 +1,4 @@
-// A world with a level: the robot's model with the boxes of a course near the robot, stepped by
+// A world with a level: the robot's model with the boxes of a ground near the robot, stepped by
 // MuJoCo's library.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "robots/mujoco/course.h"
+#include "robots/mujoco/box_ground.h"
 #include "robots/mujoco/physics.h"
 
 namespace walker::mujoco {
@@ -30,7 +30,7 @@ struct FloorContact {
 /// Returns the geoms that touch the floor, in the order of their bodies.
 std::vector<FloorContact> floor_contacts(const mjModel& model);
 
-/// A model in which a course's boxes near the robot have replaced the floor, which is moved far
+/// A model in which a ground's boxes near the robot have replaced the floor, which is moved far
 /// down. Which boxes it has, and which of them can touch which geoms, depends on
 /// MuJoCo's qpos alone, and farther ones touch nothing. So results do not depend on the path to a
 /// state.
@@ -57,7 +57,7 @@ class LevelModel {
 
   /// Puts the boxes near the robot into the model, and the pairs that can touch within a step.
   /// @param data with the current qpos; receives the poses of its kinematics
-  void place(const Course& course, mjData& data);
+  void place(const BoxGround& ground, mjData& data);
 
   /// Makes the next `place` replace all boxes.
   void forget();
@@ -82,10 +82,10 @@ class LevelModel {
   Pair found_pair(int geom, int floor) const;
   Pair pair_with_floor(const FloorContact& contact, int floor) const;
   Pair pair_of(int pair) const;
-  void place_boxes(const Course& course, double x);
+  void place_boxes(const BoxGround& ground, double x);
   void place_pairs(const mjData& data);
   void write_pair(int row, const Pair& pair, int geom);
-  void write_box(int geom, const CourseBox& box);
+  void write_box(int geom, const GroundBox& box);
 
   ModelPointer source_;
   mjModel model_;
@@ -93,8 +93,8 @@ class LevelModel {
   std::vector<std::unique_ptr<std::byte[]>> arrays_;
   std::vector<Pair> pairs_;              // in the order of their signatures
   std::vector<const Pair*> rows_;        // what the rows of the model's pairs hold
-  std::vector<const CourseBox*> boxes_;  // those in the model
-  std::array<double, 2> origin_{};       // of the course in the world: x, z [m]
+  std::vector<const GroundBox*> boxes_;  // those in the model
+  std::array<double, 2> origin_{};       // of the ground in the world: x, z [m]
   double half_width_ = 0;                // of the boxes along y [m]
   double reach_ = 0;                     // distance from the trunk of boxes in the model [m]
   int max_boxes_ = 0;                    // that can be within that distance
@@ -108,8 +108,8 @@ class LevelPhysics : public LibraryPhysics {
   explicit LevelPhysics(const ModelPointer& source)
       : LevelPhysics(std::make_shared<LevelModel>(source)) {}
 
-  /// Replaces the course. The next call must be `reset` or `load`.
-  void set_course(std::shared_ptr<const Course> course);
+  /// Replaces the ground. The next call must be `reset` or `load`.
+  void set_ground(std::shared_ptr<const BoxGround> ground);
 
   void set_model(ModelPointer source) override;
   void reset(const double* position, const double* velocity) override;
@@ -120,7 +120,7 @@ class LevelPhysics : public LibraryPhysics {
   explicit LevelPhysics(std::shared_ptr<LevelModel> level);
 
   std::shared_ptr<LevelModel> level_;
-  std::shared_ptr<const Course> course_;
+  std::shared_ptr<const BoxGround> ground_;
 };
 
 }  // namespace walker::mujoco

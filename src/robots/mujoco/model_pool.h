@@ -29,7 +29,7 @@ std::shared_ptr<T> shared_by_users_of(const ModelPointer& model) {
 }
 
 /// Pool of objects made from one model. Its size is the maximum number of simultaneous loans,
-/// independent of the number of worlds. Thread-safe.
+/// independent of the number of instances. Thread-safe.
 /// @tparam T constructed from a `const mjModel&`
 template <typename T>
 class ModelPool {

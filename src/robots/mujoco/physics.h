@@ -1,4 +1,4 @@
-// A robot's simulated world: its interface, and its implementation by MuJoCo's library.
+// One simulated instance of a robot: its interface, and its implementation by MuJoCo's library.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct ExternalForces {
   const std::vector<BodyWrench>* wrenches = nullptr;  ///< of distinct bodies; null: none
 };
 
-/// One world's part of a `Physics::step_together` call.
+/// One instance's part of a `Physics::step_together` call.
 struct PhysicsCall {
   Physics* physics = nullptr;
   const double* control = nullptr;
@@ -39,7 +39,8 @@ struct PhysicsCall {
   std::exception_ptr failure;  ///< what `step` would have thrown
 };
 
-/// The mutable state of a world. Worlds share the constant model, except those with other physics.
+/// The mutable state of an instance. Instances share the constant model, except those in worlds
+/// with other physics.
 class Physics {
  public:
   Physics() = default;
@@ -50,7 +51,8 @@ class Physics {
   virtual const mjModel& model() const = 0;
 
   /// Replaces the model. The state stays.
-  /// @param model the one of the constructor, or another world's of the same base model
+  /// @param model the one of the constructor, or one with another world's values of the same base
+  /// model
   virtual void set_model(ModelPointer model) = 0;
 
   virtual const double* position() const = 0;  ///< nq values [m, rad]
@@ -70,8 +72,8 @@ class Physics {
   ///         then lost
   virtual void step(const double* control, const ExternalForces& forces, int count) = 0;
 
-  /// Makes engine steps of several worlds, with the same results as `step`.
-  /// @param calls of distinct worlds, without a failure
+  /// Makes engine steps of several instances, with the same results as `step`.
+  /// @param calls of distinct instances, without a failure
   virtual void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept {
     for (PhysicsCall* call = calls; call != calls + num_calls; ++call) {
       try {
@@ -107,7 +109,7 @@ class Physics {
 /// @throws std::runtime_error if the allocation fails
 DataPointer make_data(const mjModel& model);
 
-/// A world that mj_step advances. An engine step solves, for the accelerations a = dv/dt,
+/// An instance that mj_step advances. An engine step solves, for the accelerations a = dv/dt,
 ///
 ///   M(q) a + bias(q, v) = passive + actuator + applied + J' f
 ///

@@ -184,16 +184,17 @@ void PlanarRobot::choose_physics(const ModelPointer& model) {
   physics_->set_model(model);
 }
 
-void PlanarRobot::set_course(const GeneratorState& origin, std::shared_ptr<const Course> course) {
-  course_origin_ = origin;
-  course_ = std::move(course);
-  level_physics_->set_course(course_);
+void PlanarRobot::set_ground(const GeneratorState& origin,
+                             std::shared_ptr<const BoxGround> ground) {
+  ground_origin_ = origin;
+  ground_ = std::move(ground);
+  level_physics_->set_ground(ground_);
 }
 
 void PlanarRobot::reset(Generator& generator, double* info) {
   if (level_) {
     const GeneratorState origin = generator.state();
-    set_course(origin, std::make_shared<Course>(generator, *level_));
+    set_ground(origin, std::make_shared<BoxGround>(generator, *level_));
   }
   const double scale = options_.reset_noise_scale;
   // Draws in Gymnasium's order: positions, then velocities.
@@ -235,7 +236,7 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
     calls[num_calls].forces = robot.forces_of(**step);
     members[num_calls++] = *step;
   }
-  // The kernel steps the worlds that it can, and leaves those with a level to the library.
+  // The kernel steps the instances that it can, and leaves those in a level to the library.
   if (num_calls != 0) flat_physics_->step_together(calls.data(), num_calls, options_.frame_skip);
   for (std::size_t i = 0; i < num_calls; ++i) {
     RobotStep& step = *members[i];
@@ -289,8 +290,8 @@ void PlanarRobot::observe(const SensorNoise& noise, double* observation) const {
 }
 
 GroundBelow PlanarRobot::ground_below() const {
-  if (!level_ || !course_) return {};
-  return course_->below(position()[kBaseX] - model().qpos0[kBaseX]);
+  if (!level_ || !ground_) return {};
+  return ground_->below(position()[kBaseX] - model().qpos0[kBaseX]);
 }
 
 void PlanarRobot::remember_state() {
@@ -330,9 +331,9 @@ void PlanarRobot::sense(Sensors& sensors) {
 void PlanarRobot::scene(Scene& scene) const {
   constexpr double kTile = 0.5;  // [m]
   constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
-  if (course_ && level_) {
+  if (ground_ && level_) {
     const mjModel& base = *models_.base();
-    course_->describe(at(base.body_pos, layout_.trunk, 3)[0],
+    ground_->describe(at(base.body_pos, layout_.trunk, 3)[0],
                       at(base.geom_pos, floor_of(base), 3)[2], scene);
     return;
   }
@@ -358,8 +359,8 @@ void PlanarRobot::save(StateWriter& writer) const {
   physics_->save(values.data());
   writer.numbers(values.data(), values.size());
   if (!level_) return;
-  writer.number(std::uint8_t{course_ != nullptr});
-  if (course_) writer.numbers(course_origin_.data(), course_origin_.size());
+  writer.number(std::uint8_t{ground_ != nullptr});
+  if (ground_) writer.numbers(ground_origin_.data(), ground_origin_.size());
 }
 
 std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& values,
@@ -378,26 +379,26 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
   const double lidar_range = value_or(values, "lidar_range", options_.lidar_range);
   const std::optional<Level> level = level_of(values);
   GeneratorState origin{};
-  std::shared_ptr<const Course> course;
+  std::shared_ptr<const BoxGround> ground;
   if (level && reader.flag()) {
     reader.numbers(origin.data(), origin.size());
-    course = course_;
-    if (!course_ || level_ != level || origin != course_origin_) {
+    ground = ground_;
+    if (!ground_ || level_ != level || origin != ground_origin_) {
       Generator generator(origin);
-      course = std::make_shared<Course>(generator, *level);
+      ground = std::make_shared<BoxGround>(generator, *level);
     }
   }
-  if (is_alive && level && !course) refuse_state("its level has no course");
-  return [this, model, level, origin, course, lidar_range, x_before_step, velocity_before_step,
+  if (is_alive && level && !ground) refuse_state("its level has no course");
+  return [this, model, level, origin, ground, lidar_range, x_before_step, velocity_before_step,
           state] {
     lidar_range_ = lidar_range;
     x_before_step_ = x_before_step;
     velocity_before_step_ = velocity_before_step;
     level_ = level;
     choose_physics(model);
-    if (level) set_course(origin, course);
-    // Without a course the next call is `reset`.
-    if (!level || course) physics_->load(state.data());
+    if (level) set_ground(origin, ground);
+    // Without a ground the next call is `reset`.
+    if (!level || ground) physics_->load(state.data());
   };
 }
 

@@ -49,7 +49,7 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions
 /// Model: a trunk on slides along the world's x and z and a hinge about y, and limbs on hinges with
 /// one motor each; qpos = (x, z, pitch, hinges). With dt = frame_skip * opt.timestep:
 ///
-///   reset        draws a level's course; qpos = qpos0 + u; qvel = u, each u uniform in
+///   reset        draws a level's ground; qpos = qpos0 + u; qvel = u, each u uniform in
 ///                +-reset_noise_scale
 ///   step         frame_skip engine steps (`Physics::step`) with the action as constant control:
 ///                torque = gear * clamp(action, ctrlrange) [N m]
@@ -61,7 +61,7 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions
 ///                velocity - that before the step) / dt
 ///
 /// Inputs: action, push and wrenches, constant over a step. State: the physics' (qpos, qvel and the
-/// solver's warm start), x and qvel before the step, the level's course. Units: m, rad, kg, s.
+/// solver's warm start), x and qvel before the step, the level's ground. Units: m, rad, kg, s.
 ///
 /// Source: Gymnasium 1.4.0, envs/mujoco/mujoco_env.py, MujocoEnv.do_simulation;
 /// walker2d_v5.py and hopper_v5.py, reset_model, step and _get_obs.
@@ -112,7 +112,7 @@ class PlanarRobot : public Robot {
   void remember_state();
   ExternalForces forces_of(const RobotStep& step);
   void choose_physics(const ModelPointer& model);
-  void set_course(const GeneratorState& origin, std::shared_ptr<const Course> course);
+  void set_ground(const GeneratorState& origin, std::shared_ptr<const BoxGround> ground);
   void finish_step(RobotStep& step) const;
 
   PlanarOptions options_;
@@ -121,8 +121,8 @@ class PlanarRobot : public Robot {
   std::unique_ptr<LevelPhysics> level_physics_;  // null before the first level
   Physics* physics_;                             // of the world: one of the two
   std::optional<Level> level_;                   // of the world; empty: the floor is flat
-  std::shared_ptr<const Course> course_;         // null before the first reset in a level
-  GeneratorState course_origin_{};               // generator state before the course
+  std::shared_ptr<const BoxGround> ground_;      // null before the first reset in a level
+  GeneratorState ground_origin_{};               // generator state before the ground
   Layout layout_;
   Specification specification_;
   double lidar_range_;                        // in this world [m]

@@ -133,7 +133,7 @@ void RenderThread::run() {
 ServerCamera::ServerCamera(ros::NodeHandle& node, Pool& pool, Frames frames,
                            const ServerOptions& options, RenderThread::MakeRenderer make_renderer)
     : pool_(pool),
-      shown_(pool.episode(options.shown_environment)),
+      shown_(pool.walker(options.shown_environment)),
       frames_(std::move(frames)),
       options_(options),
       period_(period_of(options.camera_rate)),
@@ -181,7 +181,7 @@ void ServerCamera::render(const walker_sim::Render::Request& request, ros::Time 
   RenderJob job;
   job.channels = channels_of(request.encoding);
   job.camera = camera_of(request, options_);
-  pool_.episode(request.environment).capture(job.captured);
+  pool_.walker(request.environment).capture(job.captured);
   job.is_wanted = [reply] { return reply.is_awaited(); };
   job.finish = [this, stamp, reply](const Camera& /*camera*/, Image& image) {
     walker_sim::Render::Response response;

@@ -20,7 +20,7 @@
 #include <tf2_msgs/TFMessage.h>
 
 #include "ros/throttle.h"
-#include "server/environments.h"
+#include "server/batch_calls.h"
 #include "server/parameter_reader.h"
 #include "server/topics/converters.h"
 #include "server/transport/waking.h"
@@ -101,7 +101,7 @@ class ServerCamera {
   void log_failure(Throttle& throttle, const std::string& why) const;
 
   Pool& pool_;
-  Episode& shown_;
+  Walker& shown_;
   Frames frames_;
   ServerOptions options_;
   std::uint64_t period_;         // of simulation time [ns]

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "base/shortest_text.h"
-#include "server/drive/drive.h"
+#include "server/schedule/schedule.h"
 
 namespace walker::gazebo {
 namespace {
@@ -48,11 +48,11 @@ std::string ode_is_ignored(const Specification& specification) {
 
 }  // namespace
 
-void get_physics_properties(const Specification& specification, const Drive& drive,
+void get_physics_properties(const Specification& specification, const Schedule& schedule,
                             GetPhysicsProperties::Response& response) {
   response.time_step = specification.dt;
-  response.pause = drive.stands_still() ? 1 : 0;
-  response.max_update_rate = drive.real_time_factor().value_or(0) / specification.dt;
+  response.pause = schedule.stands_still() ? 1 : 0;
+  response.max_update_rate = schedule.real_time_factor().value_or(0) / specification.dt;
   response.gravity.x = specification.gravity[0];
   response.gravity.y = specification.gravity[1];
   response.gravity.z = specification.gravity[2];
@@ -60,13 +60,13 @@ void get_physics_properties(const Specification& specification, const Drive& dri
 }
 
 void set_physics_properties(const SetPhysicsProperties::Request& request,
-                            const Specification& specification, Drive& drive,
+                            const Specification& specification, Schedule& schedule,
                             SetPhysicsProperties::Response& response) {
   check_environment(request, specification);
   const double factor = request.max_update_rate * specification.dt;
-  if (!is_same(factor, drive.real_time_factor().value_or(0))) {
+  if (!is_same(factor, schedule.real_time_factor().value_or(0))) {
     try {
-      drive.set_real_time_factor(factor);
+      schedule.set_real_time_factor(factor);
     } catch (const std::exception& error) {
       throw std::invalid_argument("max_update_rate = " + shortest_text(request.max_update_rate) +
                                   " Hz of " + shortest_text(specification.dt) +

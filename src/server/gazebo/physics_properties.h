@@ -1,4 +1,4 @@
-// Gazebo's services of physics properties, mapped to the environment and its drive.
+// Gazebo's services of physics properties, mapped to the environment and its schedule.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 #include "walker_sim/specification.h"
 
 namespace walker {
-class Drive;
+class Schedule;
 }
 
 // The messages do without the package gazebo_msgs: client and server need only the same type name,
@@ -60,14 +60,14 @@ struct SetPhysicsProperties {
 };
 
 /// Returns step, pace, pause and gravity. `set_physics_properties` accepts what it returns.
-void get_physics_properties(const Specification& specification, const Drive& drive,
+void get_physics_properties(const Specification& specification, const Schedule& schedule,
                             GetPhysicsProperties::Response& response);
 
 /// Sets the pace. Refuses another step or gravity, which would make another environment under the
 /// same id. Ignores ODE's settings, as the response says.
 /// @throws std::exception naming the field, its value and what is allowed; then nothing changes
 void set_physics_properties(const SetPhysicsProperties::Request& request,
-                            const Specification& specification, Drive& drive,
+                            const Specification& specification, Schedule& schedule,
                             SetPhysicsProperties::Response& response);
 
 }  // namespace walker::gazebo

@@ -16,7 +16,7 @@ constexpr std::uint32_t kStateQueue = 5;
 
 }  // namespace
 
-MarkerTopics::MarkerTopics(ros::NodeHandle& node, Episode& shown, std::string frame)
+MarkerTopics::MarkerTopics(ros::NodeHandle& node, Walker& shown, std::string frame)
     : shown_(shown), frame_(std::move(frame)) {
   scene_publisher_ = node.advertise<MarkerArray>(
       "scene_markers", kSceneQueue, [this](const ros::SingleSubscriberPublisher& viewer) {

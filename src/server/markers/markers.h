@@ -15,7 +15,7 @@
 #include <visualization_msgs/Marker.h>
 #include <visualization_msgs/MarkerArray.h>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "walker_sim/sensors.h"
 #include "walker_sim/specification.h"
 
@@ -83,7 +83,7 @@ class Path {
 class MarkerTopics {
  public:
   /// @param frame odometry frame
-  MarkerTopics(ros::NodeHandle& node, Episode& shown, std::string frame);
+  MarkerTopics(ros::NodeHandle& node, Walker& shown, std::string frame);
   MarkerTopics(const MarkerTopics&) = delete;
   MarkerTopics& operator=(const MarkerTopics&) = delete;
   ~MarkerTopics() = default;
@@ -102,7 +102,7 @@ class MarkerTopics {
   void move_floor();
   Header header() const;
 
-  Episode& shown_;
+  Walker& shown_;
   std::string frame_;
   ros::Publisher scene_publisher_;
   ros::Publisher state_publisher_;

@@ -14,7 +14,7 @@
 #include "base/printable_text.h"
 #include "base/shortest_text.h"
 #include "description/link_tree.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "walker_sim/registry.h"
 
 namespace walker {

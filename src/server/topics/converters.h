@@ -12,7 +12,7 @@
 #include <tf2_msgs/TFMessage.h>
 #include <string>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "server/parameter_reader.h"
 #include "walker_sim/Contacts.h"
 #include "walker_sim/EnvironmentSpec.h"

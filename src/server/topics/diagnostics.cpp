@@ -51,8 +51,11 @@ const char* to_text(EffortCommand::State state) {
 }  // namespace
 
 Diagnostics::Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
-                         const Drive& drive, const Outputs& outputs)
-    : options_(std::move(options)), simulation_(simulation), drive_(drive), outputs_(outputs) {
+                         const Schedule& schedule, const Outputs& outputs)
+    : options_(std::move(options)),
+      simulation_(simulation),
+      schedule_(schedule),
+      outputs_(outputs) {
   updater_.setHardwareID(simulation_.shown().specification().id);
   updater_.add("simulation", this, &Diagnostics::describe_simulation);
   updater_.add("pace", this, &Diagnostics::describe_pace);
@@ -91,7 +94,7 @@ void Diagnostics::describe_simulation(Status& status) {
   } else if (state.has_ended()) {
     status.summary(DiagnosticStatus::OK, state.end_reason);
   } else {
-    status.summary(DiagnosticStatus::OK, drive_.is_paused() ? "paused" : "running");
+    status.summary(DiagnosticStatus::OK, schedule_.is_paused() ? "paused" : "running");
   }
   const std::string unrecorded = outputs_.recorder_complaint();
   if (!unrecorded.empty()) {
@@ -104,7 +107,7 @@ void Diagnostics::describe_simulation(Status& status) {
   status.add("version", version());
   status.add("mode", walker::to_text(options_.mode));
   status.add("num_envs", options_.num_envs);
-  status.add("paused", drive_.is_paused());
+  status.add("paused", schedule_.is_paused());
   status.add("episode", state.episode);
   status.add("step", state.step);
   status.add("episode_return", state.episode_return);
@@ -130,16 +133,16 @@ double Diagnostics::real_time_factor() const {
 void Diagnostics::describe_pace(Status& status) {
   const double factor = real_time_factor();
   const std::uint64_t missed = new_count(&ServerCounters::missed_deadlines);
-  status.summary(DiagnosticStatus::OK, drive_.pace());
+  status.summary(DiagnosticStatus::OK, schedule_.pace());
   if (missed > 0) {
     warn(status, sentence("cannot keep up: ", counted(missed, "deadline"),
                           " missed since the last report, ", factor, " times real time"));
   }
-  for (const std::string& complaint : {drive_.complaint(), simulation_.clock().complaint()}) {
+  for (const std::string& complaint : {schedule_.complaint(), simulation_.clock().complaint()}) {
     if (!complaint.empty()) warn(status, complaint);
   }
   status.add("real_time_factor", factor);
-  const std::optional<double> wanted = drive_.real_time_factor();
+  const std::optional<double> wanted = schedule_.real_time_factor();
   status.add("real_time_factor_wanted", wanted ? sentence(*wanted) : "-");
   status.add("missed_deadlines", simulation_.counters().missed_deadlines);
   const StepTiming::Report timing = simulation_.timing().report();
@@ -155,7 +158,7 @@ void Diagnostics::describe_commands(Status& status) {
   const ServerCounters& counters = simulation_.counters();
   const EffortCommand::State state = simulation_.command().state();
   const std::string text =
-      drive_.takes_commands() ? to_text(state) : "refused: ~step drives the walker";
+      schedule_.takes_commands() ? to_text(state) : "refused: ~step drives the walker";
   status.summary(DiagnosticStatus::OK, "effort command: " + text);
   if (const std::uint64_t refused = new_count(&ServerCounters::refused_commands)) {
     warn(status, counted(refused, "effort command") + " refused since the last report");

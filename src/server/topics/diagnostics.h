@@ -7,9 +7,9 @@
 #include <ros/node_handle.h>
 #include <ros/wall_timer.h>
 
-#include "server/drive/drive.h"
 #include "server/outputs.h"
 #include "server/parameter_reader.h"
+#include "server/schedule/schedule.h"
 #include "server/simulation.h"
 
 namespace walker {
@@ -18,9 +18,9 @@ namespace walker {
 /// statuses have levels of their own: simulation, pace, commands, episodes.
 class Diagnostics {
  public:
-  /// @param simulation, drive, outputs outlive this; a report restarts the simulation's timing
+  /// @param simulation, schedule, outputs outlive this; a report restarts the simulation's timing
   Diagnostics(ros::NodeHandle& node, ServerOptions options, Simulation& simulation,
-              const Drive& drive, const Outputs& outputs);
+              const Schedule& schedule, const Outputs& outputs);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -35,7 +35,7 @@ class Diagnostics {
 
   ServerOptions options_;
   Simulation& simulation_;
-  const Drive& drive_;
+  const Schedule& schedule_;
   const Outputs& outputs_;
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;

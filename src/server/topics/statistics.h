@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 namespace walker {
 

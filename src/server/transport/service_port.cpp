@@ -28,7 +28,7 @@ constexpr int kIdleSeconds = 60;
 constexpr int kProbeSeconds = 10;
 constexpr int kProbes = 9;
 
-/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/library_fixes.cpp).
+/// Makes a socket listen on every address, or on loopback alone (`bind` in ros/interposed.cpp).
 /// @return the port that the system has chosen
 std::uint16_t listen_anywhere(int descriptor) {
   const bool is_ipv6 = ros::TransportTCP::s_use_ipv6_;

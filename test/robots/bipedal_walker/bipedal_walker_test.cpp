@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "allocation_counter.h"
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "robots/bipedal_walker/player.h"
 
 namespace walker::bipedal_walker {
@@ -75,7 +75,7 @@ class BrokenWorldTest : public testing::Test {
         kPlain,
         complete_parameters(parameter_descriptions(kPlain), {{"reuse_world", reuse_world}}));
     walker_ = walker.get();
-    episode_ = std::make_unique<Episode>(std::move(walker));
+    episode_ = std::make_unique<Walker>(std::move(walker));
     result_.observation = observation_.data();
   }
 
@@ -93,7 +93,7 @@ class BrokenWorldTest : public testing::Test {
   std::array<double, kObservationSize> observation_{};
   Result result_;
   FailingFilter filter_;
-  std::unique_ptr<Episode> episode_;
+  std::unique_ptr<Walker> episode_;
   BipedalWalker* walker_ = nullptr;
 };
 
@@ -127,7 +127,7 @@ TEST_F(BrokenWorldTest, ResetCanFail) {
 TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
   constexpr std::size_t kWalkers = 5;
   constexpr std::size_t kBroken = 3;
-  std::array<std::array<std::unique_ptr<Episode>, kWalkers>, 2> sides;
+  std::array<std::array<std::unique_ptr<Walker>, kWalkers>, 2> sides;
   auto& [group, single] = sides;
   for (auto& side : sides) {
     for (std::size_t i = 0; i < kWalkers; ++i) {
@@ -140,7 +140,7 @@ TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
   const std::array<double, kJointCount> action{};
   bool has_failed = false;
   for (int step = 0; step < 200; ++step) {
-    std::vector<Episode::GroupStep> steps;
+    std::vector<Walker::GroupStep> steps;
     for (std::size_t i = 0; i < kWalkers; ++i) {
       for (auto& side : sides) {
         if (side[i]->state().terminated) side[i]->reset(step, result_);
@@ -148,7 +148,7 @@ TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
       steps.push_back({group[i].get(), action.data()});
       single[i]->step(action.data(), action.size(), result_);
     }
-    Episode::step_group(steps.data(), kWalkers);
+    Walker::step_group(steps.data(), kWalkers);
     for (std::size_t i = 0; i < kWalkers; ++i) {
       const EpisodeState& ours = group[i]->state();
       const EpisodeState& theirs = single[i]->state();

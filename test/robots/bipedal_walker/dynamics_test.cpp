@@ -1,4 +1,4 @@
-// Effects of a world's physics.
+// Disturbances of a world's physics.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -39,7 +39,7 @@ Momentum momentum_of(Physics& physics) {
 struct Flight {
   explicit Flight(const Dynamics& dynamics = {}, double push = 0, float height = 10) {
     Generator generator(1);
-    physics.build(generate_terrain(generator, false), push, dynamics);
+    physics.build(draw_ground(generator, false), push, dynamics);
     for (b2Body* body : physics.parts().bodies) {
       body->SetTransform(body->GetPosition() + b2Vec2(0, height), body->GetAngle());
     }
@@ -158,9 +158,9 @@ TEST(DynamicsTest, MassScaleIsAFactorOfMassesAndInertias) {
   Physics plain;
   Physics heavy;
   Generator generator(1);
-  const Terrain terrain = generate_terrain(generator, false);
-  plain.build(terrain, 0);
-  heavy.build(terrain, 0, with(&Dynamics::mass_scale, 2.5));
+  const Ground ground = draw_ground(generator, false);
+  plain.build(ground, 0);
+  heavy.build(ground, 0, with(&Dynamics::mass_scale, 2.5));
   for (std::size_t i = 0; i < kBodies; ++i) {
     const b2Body& one = *plain.parts().bodies[i];
     const b2Body& other = *heavy.parts().bodies[i];

@@ -1,5 +1,5 @@
 // Levels against POET's formulas (uber-research/poet, bipedal_walker_custom.py), restated here in
-// terms of the finished terrain.
+// terms of the finished ground.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,9 +34,9 @@ Box box_of(const std::array<Point, 4>& corners) {
   return {left->x, right->x, bottom->y, top->y};
 }
 
-std::vector<Box> boxes_of(const Terrain& terrain) {
+std::vector<Box> boxes_of(const Ground& ground) {
   std::vector<Box> boxes;
-  for (const auto& obstacle : terrain.obstacles) boxes.push_back(box_of(obstacle));
+  for (const auto& obstacle : ground.obstacles) boxes.push_back(box_of(obstacle));
   return boxes;
 }
 
@@ -47,21 +47,21 @@ int column_at(double x) {
   return static_cast<int>(std::lround(column));
 }
 
-const Point& ground_at(const Terrain& terrain, int column) {
-  return terrain.ground.at(static_cast<std::size_t>(column));
+const Point& ground_at(const Ground& ground, int column) {
+  return ground.points.at(static_cast<std::size_t>(column));
 }
 
-Terrain level(const WorldValues& values, std::uint64_t seed, bool hardcore = false) {
+Ground level(const WorldValues& values, std::uint64_t seed, bool hardcore = false) {
   Generator generator(seed);
-  return generate_terrain(generator, hardcore, settings_of(values).level);
+  return draw_ground(generator, hardcore, settings_of(values).level);
 }
 
 using Numbers = std::vector<double>;
 
-Numbers numbers_of(const Terrain& terrain) {
+Numbers numbers_of(const Ground& ground) {
   Numbers numbers;
-  for (const Point& point : terrain.ground) numbers.insert(numbers.end(), {point.x, point.y});
-  for (const auto& obstacle : terrain.obstacles) {
+  for (const Point& point : ground.points) numbers.insert(numbers.end(), {point.x, point.y});
+  for (const auto& obstacle : ground.obstacles) {
     for (const Point& point : obstacle) numbers.insert(numbers.end(), {point.x, point.y});
   }
   return numbers;
@@ -72,9 +72,9 @@ TEST(LevelTest, GymnasiumsRoughnessHasGymnasiumsBits) {
     for (std::uint64_t seed = 0; seed < 100; ++seed) {
       Generator plain(seed);
       Generator other(seed);
-      const Terrain terrain = generate_terrain(plain, hardcore);
+      const Ground ground = draw_ground(plain, hardcore);
       const Level same = settings_of({{"ground_roughness", 1}}).level;
-      EXPECT_EQ(numbers_of(generate_terrain(other, hardcore, same)), numbers_of(terrain));
+      EXPECT_EQ(numbers_of(draw_ground(other, hardcore, same)), numbers_of(ground));
       EXPECT_EQ(other.state(), plain.state());
     }
   }
@@ -90,11 +90,11 @@ TEST(LevelTest, RoughnessIsAFactorOfTheSlope) {
   int draws = 0;
   for (int i = 0; i < kLevels; ++i) {
     const double roughness = generator.uniform(0.1, 10);
-    const Terrain terrain = level({{"ground_roughness", roughness}}, i);
+    const Ground ground = level({{"ground_roughness", roughness}}, i);
     double velocity = 0;
     for (int column = 1; column < kTerrainLength; ++column) {
-      const double y = ground_at(terrain, column - 1).y;
-      const double rise = ground_at(terrain, column).y - y;
+      const double y = ground_at(ground, column - 1).y;
+      const double rise = ground_at(ground, column).y - y;
       if (rise == 0 && column > 1) continue;
       const double sign = y < kTerrainHeight ? 1 : y > kTerrainHeight ? -1 : 0;
       const double before = 0.8 * velocity + 0.01 * sign;
@@ -116,7 +116,7 @@ TEST(LevelTest, RoughnessIsAFactorOfTheSlope) {
 }
 
 TEST(LevelTest, WithoutRoughnessTheGroundIsLevel) {
-  for (const Point& point : level({{"ground_roughness", 0}}, 3).ground) {
+  for (const Point& point : level({{"ground_roughness", 0}}, 3).points) {
     EXPECT_EQ(point.y, kTerrainHeight);
   }
 }
@@ -129,18 +129,18 @@ TEST(LevelTest, StumpsHaveTheirSizes) {
     const double width = generator.uniform(0.05, 4);
     const double height = generator.uniform(0.05, 3);
     const double clearance = i % 2 == 0 ? 0 : generator.uniform(0, 3);
-    const Terrain terrain =
+    const Ground ground =
         level({{"stump_width", width}, {"stump_height", height}, {"stump_float", clearance}}, i);
     const int columns = static_cast<int>(std::ceil(width / kTerrainStep));
     int end = kTerrainStartPad;
-    for (const Box& box : boxes_of(terrain)) {
+    for (const Box& box : boxes_of(ground)) {
       const int column = column_at(box.left);
       ASSERT_NEAR(box.right - box.left, width, kRounding);
       ASSERT_NEAR(box.top - box.bottom, height, kRounding);
-      const double y = ground_at(terrain, column).y;
+      const double y = ground_at(ground, column).y;
       ASSERT_NEAR(box.bottom - y, clearance, kRounding);
       const int last = std::min(column + columns, kTerrainLength) - 1;
-      for (int k = column; k <= last; ++k) ASSERT_EQ(ground_at(terrain, k).y, y);
+      for (int k = column; k <= last; ++k) ASSERT_EQ(ground_at(ground, k).y, y);
       if (count++ == 0) {
         EXPECT_EQ(column, kTerrainStartPad);
       }
@@ -153,11 +153,11 @@ TEST(LevelTest, StumpsHaveTheirSizes) {
 }
 
 /// One flight as POET makes it, with widths in whole steps.
-void expect_poets_flight(const Terrain& terrain, const std::vector<Box>& boxes, int width,
+void expect_poets_flight(const Ground& ground, const std::vector<Box>& boxes, int width,
                          double rise, bool is_up) {
   const int first = column_at(boxes[0].left);
   const int steps = static_cast<int>(boxes.size());
-  const double y = ground_at(terrain, first).y;
+  const double y = ground_at(ground, first).y;
   const int slope = is_up ? 1 : -1;
   for (int s = 0; s < steps; ++s) {
     const Box& box = boxes[static_cast<std::size_t>(s)];
@@ -168,7 +168,7 @@ void expect_poets_flight(const Terrain& terrain, const std::vector<Box>& boxes, 
   }
   for (int s = 0; s < steps * width && first + 1 + s < kTerrainLength; ++s) {
     const int n = s / width;
-    ASSERT_NEAR(ground_at(terrain, first + 1 + s).y, y + n * rise * slope - (is_up ? 0 : rise),
+    ASSERT_NEAR(ground_at(ground, first + 1 + s).y, y + n * rise * slope - (is_up ? 0 : rise),
                 kRounding);
   }
 }
@@ -181,20 +181,20 @@ TEST(LevelTest, StairsHaveTheirSizes) {
     const auto width = static_cast<int>(generator.integers(2, 6));
     const double rise = generator.uniform(0.05, 3);
     const auto steps = static_cast<std::size_t>(generator.integers(1, 10));
-    const Terrain terrain = level({{"stair_width", width * kTerrainStep},
-                                   {"stair_height", rise},
-                                   {"stair_steps", static_cast<double>(steps)}},
-                                  i);
-    const std::vector<Box> boxes = boxes_of(terrain);
+    const Ground ground = level({{"stair_width", width * kTerrainStep},
+                                 {"stair_height", rise},
+                                 {"stair_steps", static_cast<double>(steps)}},
+                                i);
+    const std::vector<Box> boxes = boxes_of(ground);
     ASSERT_EQ(boxes.size() % steps, 0U);
     for (std::size_t k = 0; k < boxes.size(); k += steps) {
       const std::vector<Box> flight(boxes.begin() + k, boxes.begin() + k + steps);
       // A flight of one tread is up if the ground beyond it is level with its top.
       const int first = column_at(flight[0].left);
       if (first + 1 >= kTerrainLength) continue;
-      const bool is_up = std::abs(ground_at(terrain, first + 1).y - flight[0].top) < kRounding;
+      const bool is_up = std::abs(ground_at(ground, first + 1).y - flight[0].top) < kRounding;
       (is_up ? ups : downs) += 1;
-      ASSERT_NO_FATAL_FAILURE(expect_poets_flight(terrain, flight, width, rise, is_up))
+      ASSERT_NO_FATAL_FAILURE(expect_poets_flight(ground, flight, width, rise, is_up))
           << "level " << i << ", flight " << k / steps;
     }
   }
@@ -208,12 +208,12 @@ TEST(LevelTest, StairsCoverTheGround) {
   for (int i = 0; i < kLevels; ++i) {
     const double width = generator.uniform(0.5, 3);
     const double rise = generator.uniform(0.05, 3);
-    const Terrain terrain =
+    const Ground ground =
         level({{"ground_roughness", 0}, {"stair_width", width}, {"stair_height", rise}}, i);
-    for (const Box& box : boxes_of(terrain)) {
+    for (const Box& box : boxes_of(ground)) {
       ASSERT_NEAR(box.right - box.left, width, kRounding);
       ASSERT_NEAR(box.top - box.bottom, rise, kRounding);
-      for (const Point& point : terrain.ground) {
+      for (const Point& point : ground.points) {
         if (point.x < box.left + kRounding || point.x > box.right - kRounding) continue;
         ASSERT_LE(point.y, box.top + kRounding) << "level " << i << " at " << point.x;
       }
@@ -227,14 +227,14 @@ TEST(LevelTest, PitsHaveTheirSizes) {
   for (int i = 0; i < kLevels; ++i) {
     const double gap =
         i % 5 == 0 ? static_cast<double>(i % 8) * kTerrainStep : generator.uniform(0, 10);
-    const Terrain terrain = level({{"pit_gap", gap}}, i);
-    const std::vector<Box> boxes = boxes_of(terrain);
+    const Ground ground = level({{"pit_gap", gap}}, i);
+    const std::vector<Box> boxes = boxes_of(ground);
     ASSERT_EQ(boxes.size() % 2, 0U);
     for (std::size_t k = 0; k < boxes.size(); k += 2) {
       const Box& near = boxes[k];
       const Box& far = boxes[k + 1];
       const int first = column_at(near.left);
-      const double y = ground_at(terrain, first).y;
+      const double y = ground_at(ground, first).y;
       ASSERT_NEAR(far.left - near.right, gap, kRounding);
       for (const Box& wall : {near, far}) {
         ASSERT_NEAR(wall.right - wall.left, kTerrainStep, kRounding);
@@ -244,14 +244,14 @@ TEST(LevelTest, PitsHaveTheirSizes) {
       // The ground is deep up to the second wall, and level with its top from its far edge on.
       int column = first + 1;
       for (; column < kTerrainLength; ++column) {
-        const Point& point = ground_at(terrain, column);
+        const Point& point = ground_at(ground, column);
         if (std::abs(point.y - y) < kRounding) break;
         ASSERT_NEAR(point.y, y - kDepth, kRounding);
         ASSERT_LT(point.x, far.right + kRounding);
       }
       if (column == kTerrainLength) continue;
-      ASSERT_NEAR(ground_at(terrain, column).x, far.right, kTerrainStep * 1e-5) << "gap " << gap;
-      ASSERT_LT(ground_at(terrain, column - 1).x, ground_at(terrain, column).x);
+      ASSERT_NEAR(ground_at(ground, column).x, far.right, kTerrainStep * 1e-5) << "gap " << gap;
+      ASSERT_LT(ground_at(ground, column - 1).x, ground_at(ground, column).x);
       ++count;
     }
   }
@@ -299,13 +299,13 @@ TEST(LevelTest, HasTheKindsThatAreNamed) {
 }
 
 TEST(LevelTest, SizesThatAreNotNamedAreGymnasiumsSmallest) {
-  const Terrain stumps = level({{"stump_float", 0.2}}, 1);
+  const Ground stumps = level({{"stump_float", 0.2}}, 1);
   ASSERT_FALSE(stumps.obstacles.empty());
   for (const Box& box : boxes_of(stumps)) {
     EXPECT_NEAR(box.right - box.left, kTerrainStep, kRounding);
     EXPECT_NEAR(box.top - box.bottom, kTerrainStep, kRounding);
   }
-  const Terrain stairs = level({{"stair_height", 0.2}}, 1);
+  const Ground stairs = level({{"stair_height", 0.2}}, 1);
   ASSERT_EQ(stairs.obstacles.size() % 3, 0U);
   for (const Box& box : boxes_of(stairs)) {
     EXPECT_NEAR(box.right - box.left, 4 * kTerrainStep, kRounding);
@@ -314,9 +314,9 @@ TEST(LevelTest, SizesThatAreNotNamedAreGymnasiumsSmallest) {
 
 TEST(LevelTest, SpacingIsTheGrassBetweenObstacles) {
   for (const int steps : {1, 3, 12}) {
-    const Terrain terrain = level(
+    const Ground ground = level(
         {{"stump_width", 2 * kTerrainStep}, {"obstacle_spacing", (steps + 0.3) * kTerrainStep}}, 7);
-    const std::vector<Box> boxes = boxes_of(terrain);
+    const std::vector<Box> boxes = boxes_of(ground);
     ASSERT_GT(boxes.size(), 8U);
     for (std::size_t i = 1; i < boxes.size(); ++i) {
       EXPECT_NEAR(boxes[i].left - boxes[i - 1].right, steps * kTerrainStep, kRounding);
@@ -325,15 +325,15 @@ TEST(LevelTest, SpacingIsTheGrassBetweenObstacles) {
 }
 
 TEST(LevelTest, HardcoreKeepsItsObstaclesIfNoneIsNamed) {
-  const Terrain hardcore = level({}, 5, true);
-  const Terrain rough = level({{"ground_roughness", 3}}, 5, true);
+  const Ground hardcore = level({}, 5, true);
+  const Ground rough = level({{"ground_roughness", 3}}, 5, true);
   ASSERT_EQ(rough.obstacles.size(), hardcore.obstacles.size());
   for (std::size_t i = 0; i < rough.obstacles.size(); ++i) {
     for (std::size_t k = 0; k < 4; ++k) {
       EXPECT_EQ(rough.obstacles[i][k].x, hardcore.obstacles[i][k].x);
     }
   }
-  const Terrain dense = level({{"obstacle_spacing", 0.5}}, 5, true);
+  const Ground dense = level({{"obstacle_spacing", 0.5}}, 5, true);
   EXPECT_GT(dense.obstacles.size(), hardcore.obstacles.size());
   EXPECT_TRUE(dense.obstacles_are_gymnasiums);
 }
@@ -355,20 +355,20 @@ TEST(LevelTest, RoundedDecimalsAreWholeSteps) {
 
 TEST(LevelTest, SceneShowsGroundAndObstacles) {
   for (int seed = 0; seed < 20; ++seed) {
-    const Terrain terrain = level(
+    const Ground ground = level(
         {{"stair_height", 2}, {"stair_steps", 9}, {"stump_width", 1.3}, {"pit_gap", 1.7}}, seed);
     Scene scene;
-    describe_scene(terrain, {}, scene);
-    ASSERT_EQ(scene.obstacles.size(), terrain.obstacles.size());
+    describe_scene(ground, {}, scene);
+    ASSERT_EQ(scene.obstacles.size(), ground.obstacles.size());
     for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
       for (std::size_t k = 0; k < 4; ++k) {
-        EXPECT_EQ(scene.obstacles[i].points[k][0], terrain.obstacles[i][k].x);
-        EXPECT_EQ(scene.obstacles[i].points[k][1], terrain.obstacles[i][k].y);
+        EXPECT_EQ(scene.obstacles[i].points[k][0], ground.obstacles[i][k].x);
+        EXPECT_EQ(scene.obstacles[i].points[k][1], ground.obstacles[i][k].y);
       }
     }
-    for (const ScenePolygon& ground : scene.ground) {
-      EXPECT_GT(ground.points[0][1], ground.points[3][1]) << "not upside down";
-      EXPECT_GT(ground.points[1][1], ground.points[2][1]);
+    for (const ScenePolygon& piece : scene.ground) {
+      EXPECT_GT(piece.points[0][1], piece.points[3][1]) << "not upside down";
+      EXPECT_GT(piece.points[1][1], piece.points[2][1]);
     }
   }
 }

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "recording.h"
+#include "robots/bipedal_walker/ground_numbers.h"
 #include "robots/bipedal_walker/player.h"
-#include "robots/bipedal_walker/terrain_numbers.h"
 
 namespace walker::bipedal_walker {
 namespace {

@@ -197,10 +197,10 @@ TEST_F(SensorsTest, ContactsAreTheObservations) {
   }
 }
 
-TEST_F(SensorsTest, SceneIsTheTerrain) {
+TEST_F(SensorsTest, SceneIsTheGround) {
   Scene scene;
   walker_.environment->scene(scene);
-  const auto& ground = twin_.terrain().ground;
+  const auto& ground = twin_.ground().points;
   ASSERT_EQ(scene.ground.size(), ground.size() - 1);
   ASSERT_EQ(scene.surface_colors.size(), scene.ground.size());
   for (std::size_t i = 0; i < scene.ground.size(); ++i) {

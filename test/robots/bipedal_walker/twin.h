@@ -27,9 +27,9 @@ class Twin {
     } else {
       physics_.emplace();
     }
-    terrain_ = generate_terrain(generator_, hardcore_);
+    ground_ = draw_ground(generator_, hardcore_);
     generate_clouds(generator_);
-    physics_->build(terrain_, generator_.uniform(-kInitialPush, kInitialPush));
+    physics_->build(ground_, generator_.uniform(-kInitialPush, kInitialPush));
     const double no_torque[kJointCount] = {};
     step(no_torque);
   }
@@ -40,7 +40,7 @@ class Twin {
   }
 
   const Physics& physics() const { return *physics_; }
-  const Terrain& terrain() const { return terrain_; }
+  const Ground& ground() const { return ground_; }
 
   /// Returns the hull for 0, then the limbs in action order, as in Specification::links.
   const b2Body& body(std::size_t link) const {
@@ -51,7 +51,7 @@ class Twin {
   bool hardcore_;
   bool reuse_world_;
   Generator generator_;
-  Terrain terrain_;
+  Ground ground_;
   std::optional<Physics> physics_;
 };
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "error_message.h"
 #include "kernel_variable.h"
 #include "robots/mujoco/plain_walker.h"
@@ -95,8 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
                                          Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
 
 TEST(Coordinates, ContinueAnEndedEpisode) {
-  const std::unique_ptr<Episode> episode = make_episode("Hopper-v5");
-  EpisodeOptions options;
+  const std::unique_ptr<Walker> episode = make_walker("Hopper-v5");
+  WalkerOptions options;
   options.records_actions = true;
   episode->configure(options);
   episode->reset(1);

@@ -30,16 +30,16 @@ struct Level {
 
   void set(const WorldValues& values, std::uint64_t seed) {
     Generator generator(seed);
-    course = std::make_shared<Course>(generator, *level_of(values));
-    physics.set_course(course);
+    ground = std::make_shared<BoxGround>(generator, *level_of(values));
+    physics.set_ground(ground);
   }
 
   LevelPhysics physics;
-  std::shared_ptr<const Course> course;
+  std::shared_ptr<const BoxGround> ground;
 };
 
 /// Returns the distance of a point of the x,z plane from a box; 0 if it is inside.
-double distance(const CourseBox& box, double x, double z) {
+double distance(const GroundBox& box, double x, double z) {
   const auto [along, up] = box.direction;
   const double right = x - box.center[0];
   const double above = z - box.center[1];
@@ -50,7 +50,7 @@ double distance(const CourseBox& box, double x, double z) {
 
 /// Returns the distance of a capsule's axis from a box.
 double distance_of_capsule(const mjModel& model, const mjData& data, int geom,
-                           const CourseBox& box) {
+                           const GroundBox& box) {
   constexpr int kPoints = 400;
   const mjtNum* const position = at(data.geom_xpos, geom, 3);
   const mjtNum* const rotation = at(data.geom_xmat, geom, 9);
@@ -64,8 +64,8 @@ double distance_of_capsule(const mjModel& model, const mjData& data, int geom,
   return nearest;
 }
 
-bool is_below_a_box(const Course& course, double x, double z) {
-  return std::any_of(course.boxes().begin(), course.boxes().end(), [&](const CourseBox& box) {
+bool is_below_a_box(const BoxGround& ground, double x, double z) {
+  return std::any_of(ground.boxes().begin(), ground.boxes().end(), [&](const GroundBox& box) {
     return box.left < x && x < box.right && z < box.center[1];
   });
 }
@@ -79,10 +79,10 @@ class LevelPhysicsTest : public testing::TestWithParam<const char*> {
   static int num_hinges() { return std::string(GetParam()).find("walker") == 0 ? 6 : 3; }
 
   /// Draws any pose near the ground at x.
-  void draw_pose(Generator& random, const Course& course, double x) {
+  void draw_pose(Generator& random, const BoxGround& ground, double x) {
     for (double& value : position) value = random.uniform(-kPi, kPi);
     position[kBaseX] = x;
-    position[kBaseZ] = course.below(x).ground + random.uniform(-0.4, 1.6);
+    position[kBaseZ] = ground.below(x).ground + random.uniform(-0.4, 1.6);
   }
 };
 
@@ -96,7 +96,7 @@ TEST_P(LevelPhysicsTest, CapsulesTouchTheBoxesThatTheyReach) {
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     level.set(random_level(random), seed);
     for (int i = 0; i < 30; ++i) {
-      draw_pose(random, *level.course, random.uniform(-5, 105));
+      draw_pose(random, *level.ground, random.uniform(-5, 105));
       level.physics.reset(position.data(), velocity.data());
       const mjData& data = level.physics.data();
       const mjModel& m = level.physics.model();
@@ -114,7 +114,7 @@ TEST_P(LevelPhysicsTest, CapsulesTouchTheBoxesThatTheyReach) {
         const double margin = m.pair_margin[0];
         double nearest = 1e9;
         double nearest_with_contact = 1e9;
-        for (const CourseBox& box : level.course->boxes()) {
+        for (const GroundBox& box : level.ground->boxes()) {
           if (box.left > position[kBaseX] + 2 || box.right < position[kBaseX] - 2) continue;
           const double gap = distance_of_capsule(m, data, floor.geom, box) - radius - margin;
           nearest = std::min(nearest, gap);
@@ -128,7 +128,7 @@ TEST_P(LevelPhysicsTest, CapsulesTouchTheBoxesThatTheyReach) {
           touching += has_contact ? 1 : 0;
         }
         const mjtNum* const center = at(data.geom_xpos, floor.geom, 3);
-        if (is_below_a_box(*level.course, center[0], center[2])) continue;
+        if (is_below_a_box(*level.ground, center[0], center[2])) continue;
         if (nearest > -kRounding || nearest < -radius - margin + 0.01) continue;
         ASSERT_LE(nearest_with_contact, nearest + kRounding)
             << "seed " << seed << ", pose " << i << ", geom " << floor.geom;
@@ -222,10 +222,10 @@ TEST_P(LevelPhysicsTest, ResultsDoNotDependOnThePath) {
     const WorldValues values = random_level(random);
     one.set(values, seed);
     other.set(values, seed);
-    draw_pose(random, *one.course, random.uniform(0, 90));
+    draw_pose(random, *one.ground, random.uniform(0, 90));
     other.physics.reset(position.data(), velocity.data());
     position[kBaseX] = random.uniform(0, 90);
-    position[kBaseZ] = one.course->below(position[kBaseX]).ground + 1.2;
+    position[kBaseZ] = one.ground->below(position[kBaseX]).ground + 1.2;
     one.physics.reset(position.data(), velocity.data());
     State control(model->nu);
     try {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "base/random.h"
-#include "robots/mujoco/course.h"
+#include "robots/mujoco/box_ground.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
@@ -86,7 +86,7 @@ TEST_P(LidarTest, MeasuresTheFloor) {
 }
 
 /// Distance along a ray in the plane from outside to a turned box; infinity: no hit.
-double distance_to(const CourseBox& box, const Vector3& origin, double angle) {
+double distance_to(const GroundBox& box, const Vector3& origin, double angle) {
   const auto [along, up] = box.direction;
   const double x = origin[0] - box.center[0];
   const double z = origin[2] - box.center[1];
@@ -114,17 +114,17 @@ TEST_P(LidarTest, MeasuresLevels) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     robot.reset(seed);
     Generator generator(seed);
-    const Course course(generator, *level_of(values));
+    const BoxGround ground(generator, *level_of(values));
     for (double x = -3; x < 60; x += 0.37) {
       for (const double clearance : {0.2, 1.25, 2.0}) {
-        const Vector3 origin{x, 0, course.below(x).top + clearance};
+        const Vector3 origin{x, 0, ground.below(x).top + clearance};
         robot.place(pose(robot, x, origin[2], 0.3));
         Sensors sensors;
         robot.robot->sense(sensors);
         const Numbers fractions = observed_fractions(robot);
         for (std::size_t i = 0; i < kLidarRays; ++i) {
           double expected = kInfinity;
-          for (const CourseBox& box : course.boxes()) {
+          for (const GroundBox& box : ground.boxes()) {
             const double angle = 0.15 * static_cast<double>(i);
             expected = std::min(expected, distance_to(box, origin, angle));
           }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bits.h"
-#include "robots/mujoco/course.h"
+#include "robots/mujoco/box_ground.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"
@@ -74,7 +74,7 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
     WorldValues defaults;
     for (const WorldParameter& parameter : registration.world_parameters) {
       names.push_back(parameter.name);
-      if (names.size() <= level_parameters().size()) continue;  // course_test.cpp has the level's
+      if (names.size() <= level_parameters().size()) continue;  // ground_test.cpp has the level's
       defaults[parameter.name] = parameter.default_value;
       EXPECT_LE(parameter.minimum, parameter.default_value);
       EXPECT_LE(parameter.default_value, parameter.maximum);

@@ -268,7 +268,7 @@ TEST_P(RobotTest, IsStableAtTheLimits) {
   }
 }
 
-/// Random actions from all along the course, in levels at each parameter's limits and between.
+/// Random actions from all along the ground, in levels at each parameter's limits and between.
 TEST_P(RobotTest, IsStableInLevels) {
   Generator random(7);
   std::vector<WorldValues> levels;

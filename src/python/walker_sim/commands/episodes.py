@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core, episode_player
-from walker_sim.transport import Batch, Walkers, by_name
+from walker_sim.walkers import Batch, Walkers, by_name
 from walker_sim.worlds import World
 
 Policy = Callable[[NDArray[Any]], NDArray[Any]]

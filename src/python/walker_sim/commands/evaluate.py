@@ -22,7 +22,7 @@ from walker_sim.commands.policies import (
 )
 from walker_sim.commands.table import Table
 from walker_sim.episode_player import make_player, play_jobs
-from walker_sim.transport import Specification
+from walker_sim.walkers import Specification
 from walker_sim.worlds import World, range_text, to_world
 
 EPISODES = 100

@@ -16,7 +16,7 @@ from walker_sim.worlds import World, read_world, to_world
 MAX_AXES = 2
 MAX_VALUES = 1000
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-# The names of check_steps in src/episode/effects.cpp.
+# The names of check_steps in src/episode/disturbances.cpp.
 ROUNDED = ("action_delay", "observation_delay", "push_interval")
 SYNTAX = "must be NAME=FIRST:END:STEP or NAME=VALUE,VALUE,..., e.g. push_impulse=0:40:10"
 

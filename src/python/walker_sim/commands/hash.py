@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import walker_sim
 from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.transport import Walkers, libm_of
+from walker_sim.walkers import Walkers, libm_of
 
 RUN = 1  # increment if a change below changes a hash
 NUM_WALKERS = 16

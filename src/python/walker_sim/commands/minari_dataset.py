@@ -20,7 +20,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import policy_text
 from walker_sim.files import naming, replace_file
 from walker_sim.registration import NAMESPACE
-from walker_sim.transport import Specification, release_of
+from walker_sim.walkers import Specification, release_of
 from walker_sim.worlds import range_text, read_world, text_of
 
 # Minari's own pattern, but a namespace has no empty folder and the version is not optional: Minari

@@ -10,12 +10,12 @@ from collections import Counter
 from pathlib import Path
 from typing import Any, Sequence
 
-import walker_sim.walkers
+import walker_sim.making
 from walker_sim import _core
 from walker_sim.commands import InputError as InputError
 from walker_sim.commands import Parser as Parser
 from walker_sim.registration import without_namespace
-from walker_sim.transport import TRANSPORTS, ServerAddress, Walkers
+from walker_sim.walkers import TRANSPORTS, ServerAddress, Walkers
 from walker_sim.worlds import to_world
 
 DEFAULT_NUM_ENVS = 16  # in process
@@ -249,7 +249,7 @@ def make_walkers(
         count = min(num_envs or (1 if reuses else DEFAULT_NUM_ENVS), max_envs)
     try:
         world = to_world(env_id, options.world)
-        walkers = walker_sim.walkers.make_walkers(
+        walkers = walker_sim.making.make_walkers(
             *(env_id, count, "next_step", parameters),
             ServerAddress(options.transport, options.server),
             options.num_threads or 0,

@@ -17,7 +17,7 @@ from walker_sim.commands import options as common
 from walker_sim.commands.episodes import Policy, end_of
 from walker_sim.commands.policies import POLICY_HELP, Policies, make_policies
 from walker_sim.rendering import Pictures, split_keywords
-from walker_sim.transport import Walkers
+from walker_sim.walkers import Walkers
 from walker_sim.window import Pace, Screen, load_pygame
 from walker_sim.worlds import text_of
 

@@ -18,7 +18,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.errors import InvalidAction
 from walker_sim.files import package_file
 from walker_sim.training.models import ModelError, load_sb3, read_vec_normalize
-from walker_sim.transport import Specification
+from walker_sim.walkers import Specification
 
 Policies = Callable[[int], Policy]
 """Returns the policy of one episode, given its seed."""

@@ -18,7 +18,7 @@ from walker_sim.commands.episodes import Episode, Steps, play, progress
 from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
 from walker_sim.commands.policies import POLICY_HELP, make_policies
 from walker_sim.files import replace_file
-from walker_sim.transport import Specification, Walkers, libm_of, release_of
+from walker_sim.walkers import Specification, Walkers, libm_of, release_of
 from walker_sim.worlds import World, text_of
 
 FORMAT = 1

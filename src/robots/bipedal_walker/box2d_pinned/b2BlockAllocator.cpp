@@ -1,6 +1,6 @@
 // Replaces Box2D's file. Blocks have exactly the sizes that a walker's world requests, and are cut
 // from chunks that all sizes share. Box2D has separate chunks for each size, writes to a whole
-// chunk at once, and rounds up sizes, which adds a tenth to the memory of 200 pieces of terrain.
+// chunk at once, and rounds up sizes, which adds a tenth to the memory of 200 pieces of ground.
 #include <Box2D/Common/b2BlockAllocator.h>
 
 #include <algorithm>

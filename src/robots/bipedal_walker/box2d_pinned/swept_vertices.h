@@ -10,7 +10,7 @@
 
 namespace walker::bipedal_walker {
 
-/// Proves, cheaper than by a time of impact, that a body does not touch terrain within a step.
+/// Proves, cheaper than by a time of impact, that a body does not touch ground within a step.
 ///
 /// Bounds the body's vertices during a sweep by their positions at its beginning and end.
 /// A vertex moves along x(t) = c(t) + R(a(t)) r, with centre c and angle a linear in t. Along an
@@ -20,7 +20,7 @@ namespace walker::bipedal_walker {
 ///
 ///   n x(t) >= min(n x(0), n x(1)) - |r| (a1 - a0)^2 / 8
 ///
-/// If this bound is beyond the terrain's shape for every vertex, so is the body at all times.
+/// If this bound is beyond the ground's shape for every vertex, so is the body at all times.
 class SweptVertices {
  public:
   /// Computes the vertices, unless the sweep is unchanged. The body must be at its sweep's end.
@@ -47,19 +47,19 @@ class SweptVertices {
 
   /// Whether the shapes stay farther apart along one of the tested axes than the distance at which
   /// b2TimeOfImpact reports touching. False if this cannot be proved.
-  /// @param terrain an edge or a polygon of a static body at the origin
-  bool stay_apart_from(const b2Shape& terrain) const {
+  /// @param ground an edge or a polygon of a static body at the origin
+  bool stay_apart_from(const b2Shape& ground) const {
     if (!is_known_) return false;
     const b2Vec2 across(1, 0);
-    if (terrain.GetType() == b2Shape::e_edge) {
-      const auto& edge = static_cast<const b2EdgeShape&>(terrain);
+    if (ground.GetType() == b2Shape::e_edge) {
+      const auto& edge = static_cast<const b2EdgeShape&>(ground);
       const std::array<b2Vec2, 2> ends{edge.m_vertex1, edge.m_vertex2};
       b2Vec2 normal = b2Cross(ends[1] - ends[0], 1.0F);
       normal.Normalize();
       return stay_beyond(ends.data(), 2, normal) || stay_beyond(ends.data(), 2, across);
     }
-    if (terrain.GetType() != b2Shape::e_polygon) return false;
-    const auto& polygon = static_cast<const b2PolygonShape&>(terrain);
+    if (ground.GetType() != b2Shape::e_polygon) return false;
+    const auto& polygon = static_cast<const b2PolygonShape&>(ground);
     const b2Vec2 up(0, 1);
     return stay_beyond(polygon.m_vertices, polygon.m_count, up) ||
            stay_beyond(polygon.m_vertices, polygon.m_count, across);
@@ -102,8 +102,8 @@ class SweptVertices {
     return range;
   }
 
-  bool stay_beyond(const b2Vec2* terrain, int count, const b2Vec2& axis) const {
-    const Range theirs = range_of(terrain, count, axis);
+  bool stay_beyond(const b2Vec2* ground, int count, const b2Vec2& axis) const {
+    const Range theirs = range_of(ground, count, axis);
     const Range ours = range_of(vertices_.data(), count_, axis);
     const float distance = kTouching + kMargin + bulge_;
     return ours.low > theirs.high + distance || ours.high < theirs.low - distance;

@@ -8,11 +8,11 @@ namespace walker::bipedal_walker {
 namespace {
 
 /// Ends the world's list of bodies with the walker while this object exists. Box2D's step traverses
-/// the whole list several times, although terrain does not move.
+/// the whole list several times, although ground does not move.
 class ShortBodyList {
  public:
-  /// The step sizes its island by m_bodyCount. Only terrain with a contact can join the island.
-  /// Contacts with new terrain are therefore found here, as the step would do first.
+  /// The step sizes its island by m_bodyCount. Only ground with a contact can join the island.
+  /// Contacts with new ground are therefore found here, as the step would do first.
   /// @param last the oldest body of the walker; all older ones are static
   ShortBodyList(b2World& world, b2Body& last)
       : world_(world), last_(last), rest_(last.m_next), count_(world.m_bodyCount) {
@@ -29,8 +29,8 @@ class ShortBodyList {
   ShortBodyList(const ShortBodyList&) = delete;
   ShortBodyList& operator=(const ShortBodyList&) = delete;
 
-  /// Box2D's step resets alpha0 of every body in the list, which does not include the terrain. Only
-  /// terrain with a contact can have an alpha0 other than 0.
+  /// Box2D's step resets alpha0 of every body in the list, which does not include the ground. Only
+  /// ground with a contact can have an alpha0 other than 0.
   ~ShortBodyList() {
     last_.m_next = rest_;
     world_.m_bodyCount = count_;
@@ -83,7 +83,7 @@ void Physics::reserve_tree_nodes(int fixtures) {
 }
 
 /// Clears the buffer of moved proxies, from which the next search for pairs starts. Pairs of
-/// terrain are discarded anyway, and pairs with the walker are found from the walker's side.
+/// ground are discarded anyway, and pairs with the walker are found from the walker's side.
 void Physics::clear_move_buffer() { world_.m_contactManager.m_broadPhase.m_moveCount = 0; }
 
 }  // namespace walker::bipedal_walker

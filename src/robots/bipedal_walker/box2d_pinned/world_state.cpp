@@ -26,7 +26,7 @@ struct SavedBody {
   std::uint32_t is_awake;
 };
 
-struct SavedTerrain {
+struct SavedGround {
   std::int32_t index;
   SavedBody body;
 };
@@ -41,7 +41,7 @@ struct SavedJoint {
 
 /// Unused fields of a manifold are 0, so that equal states have equal bytes.
 struct SavedContact {
-  std::int32_t fixture_a, fixture_b;  // indices: terrain, then the walker
+  std::int32_t fixture_a, fixture_b;  // indices: ground, then the walker
   std::uint32_t flags;
   std::int32_t manifold_type;
   std::int32_t num_points;
@@ -58,7 +58,7 @@ struct SavedNode {
 };
 
 constexpr std::size_t kWord = 4;
-static_assert(sizeof(SavedBody) == 19 * kWord && sizeof(SavedTerrain) == 20 * kWord &&
+static_assert(sizeof(SavedBody) == 19 * kWord && sizeof(SavedGround) == 20 * kWord &&
               sizeof(SavedJoint) == 7 * kWord && sizeof(SavedContact) == 19 * kWord &&
               sizeof(SavedNode) == 8 * kWord);
 
@@ -98,7 +98,7 @@ Struct all_zero() {
   return zero;
 }
 
-SavedBody terrain_at_rest() {
+SavedBody ground_at_rest() {
   auto body = all_zero<SavedBody>();
   body.transform.q.c = 1;
   body.is_awake = 1;
@@ -125,11 +125,11 @@ SavedNode saved(const b2TreeNode& node) {
   return {node.aabb, node.parent, node.child1, node.child2, node.height};
 }
 
-/// Returns the fixtures in the order of a state's indices: terrain, then the walker's parts.
-std::vector<b2Fixture*> fixtures_of(const std::vector<b2Body*>& terrain, const WalkerParts& parts) {
+/// Returns the fixtures in the order of a state's indices: ground, then the walker's parts.
+std::vector<b2Fixture*> fixtures_of(const std::vector<b2Body*>& ground, const WalkerParts& parts) {
   std::vector<b2Fixture*> fixtures;
-  fixtures.reserve(terrain.size() + parts.bodies.size());
-  for (b2Body* body : terrain) fixtures.push_back(body->m_fixtureList);
+  fixtures.reserve(ground.size() + parts.bodies.size());
+  for (b2Body* body : ground) fixtures.push_back(body->m_fixtureList);
   for (b2Body* body : parts.bodies) fixtures.push_back(body->m_fixtureList);
   return fixtures;
 }
@@ -164,11 +164,11 @@ void check_floats(const Struct& given) {
 class SavedWorld {
  public:
   /// Reads a state and validates every index, which `restore` relies on.
-  SavedWorld(StateReader& reader, const Terrain& terrain) {
+  SavedWorld(StateReader& reader, const Ground& ground) {
     for (std::uint8_t& touches : touches_) touches = reader.flag() ? 1 : 0;
     inverse_dt_ = reader.number<float>();
     reader.numbers(bodies_.data(), bodies_.size());
-    read(reader, terrain_bodies_);
+    read(reader, ground_bodies_);
     reader.numbers(joints_.data(), joints_.size());
     read(reader, contacts_);
     read(reader, leaves_);
@@ -176,11 +176,11 @@ class SavedWorld {
     first_free_ = reader.number<std::int32_t>();
     read(reader, nodes_);
 
-    const std::size_t num_obstacles = terrain.obstacles.size();
-    const std::size_t num_terrain = num_obstacles + terrain.ground.size() - 1;
+    const std::size_t num_obstacles = ground.obstacles.size();
+    const std::size_t num_ground = num_obstacles + ground.points.size() - 1;
     check_numbers();
-    for (const SavedTerrain& body : terrain_bodies_) {
-      if (static_cast<std::uint32_t>(body.index) >= num_terrain) {
+    for (const SavedGround& body : ground_bodies_) {
+      if (static_cast<std::uint32_t>(body.index) >= num_ground) {
         refuse("terrain", body.index, "does not exist");
       }
     }
@@ -189,21 +189,21 @@ class SavedWorld {
         refuse("limit state", joint.limit_state, "does not exist");
       }
     }
-    check_contacts(num_obstacles, num_terrain);
-    check_tree(num_terrain + kBodies);
+    check_contacts(num_obstacles, num_ground);
+    check_tree(num_ground + kBodies);
   }
 
   /// Overwrites the state of the bodies and fixtures that `build` made; recreates the contacts.
-  void restore(const WalkerParts& parts, const std::vector<b2Body*>& terrain) const {
+  void restore(const WalkerParts& parts, const std::vector<b2Body*>& ground) const {
     b2World& world = *parts.world;
-    const std::vector<b2Fixture*> fixtures = fixtures_of(terrain, parts);
+    const std::vector<b2Fixture*> fixtures = fixtures_of(ground, parts);
     restore_tree(world.m_contactManager.m_broadPhase, fixtures);
     restore_contacts(world.m_contactManager, fixtures);  // wakes bodies
 
-    const SavedBody at_rest = terrain_at_rest();
-    for (b2Body* body : terrain) bipedal_walker::restore(at_rest, *body);
-    for (const auto& [index, body] : terrain_bodies_) {
-      bipedal_walker::restore(body, *terrain[static_cast<std::size_t>(index)]);
+    const SavedBody at_rest = ground_at_rest();
+    for (b2Body* body : ground) bipedal_walker::restore(at_rest, *body);
+    for (const auto& [index, body] : ground_bodies_) {
+      bipedal_walker::restore(body, *ground[static_cast<std::size_t>(index)]);
     }
     for (std::size_t i = 0; i < kBodies; ++i) {
       bipedal_walker::restore(bodies_[i], *parts.bodies[i]);
@@ -230,7 +230,7 @@ class SavedWorld {
     constexpr std::size_t kJointFloats = 6;  // all before `limit_state`
     check_floats<1>(inverse_dt_);
     for (const SavedBody& body : bodies_) check_floats<kBodyFloats>(body);
-    for (const SavedTerrain& terrain : terrain_bodies_) check_floats<kBodyFloats>(terrain.body);
+    for (const SavedGround& ground : ground_bodies_) check_floats<kBodyFloats>(ground.body);
     for (const SavedJoint& joint : joints_) check_floats<kJointFloats>(joint);
     for (const SavedContact& contact : contacts_) {
       check_floats<2>(contact.normal);
@@ -240,21 +240,21 @@ class SavedWorld {
     for (const SavedNode& node : nodes_) check_floats<4>(node);
   }
 
-  /// Each contact must be between a part of the walker and a piece of terrain, without duplicates.
+  /// Each contact must be between a part of the walker and a piece of ground, without duplicates.
   /// An edge must be fixture A, as in the contacts that Box2D creates.
-  void check_contacts(std::size_t num_obstacles, std::size_t num_terrain) const {
+  void check_contacts(std::size_t num_obstacles, std::size_t num_ground) const {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
     pairs.reserve(contacts_.size());
     for (const SavedContact& contact : contacts_) {
       const auto index = static_cast<std::int64_t>(pairs.size());
       const auto a = static_cast<std::uint32_t>(contact.fixture_a);
       const auto b = static_cast<std::uint32_t>(contact.fixture_b);
-      if (a >= num_terrain + kBodies || b >= num_terrain + kBodies) {
+      if (a >= num_ground + kBodies || b >= num_ground + kBodies) {
         refuse("contact", index, "has no such fixture");
       }
-      const bool terrain_is_a = a < num_terrain;
-      const bool terrain_is_b = b < num_terrain;
-      if (terrain_is_a == terrain_is_b || (terrain_is_b && b >= num_obstacles)) {
+      const bool ground_is_a = a < num_ground;
+      const bool ground_is_b = b < num_ground;
+      if (ground_is_a == ground_is_b || (ground_is_b && b >= num_obstacles)) {
         refuse("contact", index, "is not between the walker and terrain");
       }
       const bool is_touching = (contact.flags & b2Contact::e_touchingFlag) != 0;
@@ -381,7 +381,7 @@ class SavedWorld {
   std::array<std::uint8_t, 3> touches_{};  // hull, lower legs
   float inverse_dt_ = 0;                   // 1 / dt of the last step
   std::array<SavedBody, kBodies> bodies_{};
-  std::vector<SavedTerrain> terrain_bodies_;  // those that are not at rest
+  std::vector<SavedGround> ground_bodies_;  // those that are not at rest
   std::array<SavedJoint, kJoints> joints_{};
   std::vector<SavedContact> contacts_;  // in the world's order
   std::vector<std::int32_t> leaves_;    // tree node of each fixture
@@ -399,10 +399,10 @@ void Physics::save(StateWriter& writer) const {
   for (const bool touches : contacts_.leg_touches) writer.number(std::uint8_t{touches});
   writer.number(world_.m_inv_dt0);
   for (b2Body* body : parts.bodies) writer.number(saved(*body));
-  const SavedBody at_rest = terrain_at_rest();
-  std::vector<SavedTerrain> disturbed;
-  for (std::size_t i = 0; i < terrain_.size(); ++i) {
-    const SavedBody body = saved(*terrain_[i]);
+  const SavedBody at_rest = ground_at_rest();
+  std::vector<SavedGround> disturbed;
+  for (std::size_t i = 0; i < ground_.size(); ++i) {
+    const SavedBody body = saved(*ground_[i]);
     // Compares bytes: 0 and -0 differ. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
     if (std::memcmp(&body, &at_rest, sizeof body) == 0) continue;
     disturbed.push_back({static_cast<std::int32_t>(i), body});
@@ -414,7 +414,7 @@ void Physics::save(StateWriter& writer) const {
   }
 
   const b2DynamicTree& tree = world_.m_contactManager.m_broadPhase.m_tree;
-  const std::vector<b2Fixture*> fixtures = fixtures_of(terrain_, parts);
+  const std::vector<b2Fixture*> fixtures = fixtures_of(ground_, parts);
   std::vector<std::int32_t> leaves(fixtures.size());
   std::vector<std::int32_t> fixture_of_leaf(static_cast<std::size_t>(tree.m_nodeCapacity));
   for (std::size_t i = 0; i < fixtures.size(); ++i) {
@@ -441,9 +441,9 @@ void Physics::save(StateWriter& writer) const {
   write(nodes, writer);
 }
 
-std::function<void(Physics&)> Physics::read_state(StateReader& reader, const Terrain& terrain) {
-  return [world = SavedWorld(reader, terrain)](Physics& physics) {
-    world.restore(physics.parts(), physics.terrain_);
+std::function<void(Physics&)> Physics::read_state(StateReader& reader, const Ground& ground) {
+  return [world = SavedWorld(reader, ground)](Physics& physics) {
+    world.restore(physics.parts(), physics.ground_);
     physics.contacts_.hull_has_touched = world.touches(0);
     physics.contacts_.leg_touches = {world.touches(1), world.touches(2)};
   };

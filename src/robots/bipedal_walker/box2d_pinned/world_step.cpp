@@ -4,7 +4,7 @@
 //   begin -> [solve island] -> finish_island -> WorldToi -> end
 //
 // Supports the worlds that Physics builds: one island of five bodies, in a chain of four joints,
-// and their contacts with static terrain; no sensors, no bullets, no damping, no restitution. Box2D
+// and their contacts with static ground; no sensors, no bullets, no damping, no restitution. Box2D
 // collects the island along the chain, so that joints are in its order and contacts are sorted by
 // body. A contact affects only its own body, so the order of the bodies does not matter. Box2D
 // itself solves what the kernel does not support: sleeping bodies, too many contacts, and
@@ -22,7 +22,7 @@
 
 #include "base/limits.h"
 #include "robots/bipedal_walker/box2d_pinned/world_toi.h"
-#include "simd/workspace.h"
+#include "simd/lane_memory.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -36,7 +36,7 @@ b2Transform transform_of(const Rotation<float>& rotation, const b2Vec2& center,
   return transform;
 }
 
-/// Returns the model that all worlds of `Physics` share, read from any of them.
+/// Returns the model that all instances of `Physics` share, read from any of them.
 Model model_of(const WalkerParts& parts) {
   Model model{};
   for (std::size_t i = 0; i < kBodies; ++i) {
@@ -59,7 +59,7 @@ Model model_of(const WalkerParts& parts) {
   return model;
 }
 
-/// One world's step up to its impacts: contacts, island (IslandLanes) and sleep.
+/// One instance's step up to its impacts: contacts, island (IslandLanes) and sleep.
 ///
 /// A body rests if |v| <= 0.01 m/s and |w| <= 2 degrees/s. The walker falls asleep when all bodies
 /// have rested for 0.5 s and the positions are solved; the next `Physics::drive` wakes it.
@@ -94,7 +94,7 @@ class WorldStep {
     }
     write_impulses();
     write_bodies();
-    set_terrain_awake(true);  // as Box2D's island search does
+    set_ground_awake(true);  // as Box2D's island search does
     fall_asleep();
     synchronize();
     parts_.world->m_contactManager.FindNewContacts();
@@ -109,10 +109,10 @@ class WorldStep {
         body->m_torque = 0;
       }
     }
-    // Box2D does this at the beginning of the next step. Terrain without a contact still has 0.
+    // Box2D does this at the beginning of the next step. Ground without a contact still has 0.
     for (b2Contact* contact = world.GetContactList(); contact != nullptr;
          contact = contact->m_next) {
-      terrain_of(*contact).m_sweep.alpha0 = 0;
+      ground_of(*contact).m_sweep.alpha0 = 0;
     }
     world.m_flags &= ~b2World::e_locked;
   }
@@ -214,9 +214,9 @@ class WorldStep {
     }
   }
 
-  void set_terrain_awake(bool is_awake) {
+  void set_ground_awake(bool is_awake) {
     std::for_each_n(contacts_.begin(), num_contacts_,
-                    [=](b2Contact* contact) { terrain_of(*contact).SetAwake(is_awake); });
+                    [=](b2Contact* contact) { ground_of(*contact).SetAwake(is_awake); });
   }
 
   /// The end of b2Island::Solve.
@@ -234,7 +234,7 @@ class WorldStep {
     }
     if (shortest < b2_timeToSleep || island_.position_is_solved == 0) return;
     for (b2Body* body : parts_.bodies) body->SetAwake(false);
-    set_terrain_awake(false);
+    set_ground_awake(false);
   }
 
   /// Updates fixtures in the order of the world's list of bodies, which affects the tree's
@@ -270,7 +270,7 @@ void solve_sorted(std::array<Problem*, kMaxGroupSize>& problems, std::size_t cou
 
 class Group {
  public:
-  Group(const Kernel& kernel, WorldCall* calls, std::size_t count)
+  Group(const Kernel& kernel, PhysicsCall* calls, std::size_t count)
       : kernel_(kernel),
         calls_(calls),
         count_(count),
@@ -297,7 +297,7 @@ class Group {
     });
   }
 
-  /// Solves one impact of each world at a time, until no world has another one.
+  /// Solves one impact of each instance at a time, until no instance has another one.
   void solve_toi() {
     std::array<bool, kMaxGroupSize> is_waiting{};
     for_each([&](std::size_t i) {
@@ -319,7 +319,7 @@ class Group {
     }
   }
 
-  /// Calls function(i) for each world that has not failed, and records exceptions.
+  /// Calls function(i) for each instance that has not failed, and records exceptions.
   template <typename Function>
   void for_each(const Function& function) {
     for (std::size_t i = 0; i < count_; ++i) {
@@ -333,7 +333,7 @@ class Group {
   }
 
   const Kernel& kernel_;
-  WorldCall* calls_;
+  PhysicsCall* calls_;
   std::size_t count_;
   Model model_;
   std::array<WorldStep, kMaxGroupSize> steps_;
@@ -342,16 +342,16 @@ class Group {
 
 }  // namespace
 
-void step_together(const Kernel& kernel, WorldCall* calls, std::size_t count) noexcept {
+void step_together(const Kernel& kernel, PhysicsCall* calls, std::size_t count) noexcept {
   if (count == 0) return;
-  static_assert(sizeof(Group) <= simd::Workspace::kGroupSize);
+  static_assert(sizeof(Group) <= simd::LaneMemory::kGroupSize);
   static_assert(std::is_trivially_destructible_v<Group>);
   try {
-    auto* const group = new (simd::workspace().group) Group(kernel, calls, count);
+    auto* const group = new (simd::lane_memory().group) Group(kernel, calls, count);
     group->step();
   } catch (...) {  // out of memory
     std::for_each(calls, calls + count,
-                  [](const WorldCall& call) { *call.failure = std::current_exception(); });
+                  [](const PhysicsCall& call) { *call.failure = std::current_exception(); });
   }
 }
 

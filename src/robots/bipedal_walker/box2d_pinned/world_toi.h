@@ -70,7 +70,7 @@ inline bool is_solid(const b2Contact& contact) {
   return contact.IsEnabled() && contact.IsTouching();
 }
 
-inline b2Body& terrain_of(const b2Contact& contact) {
+inline b2Body& ground_of(const b2Contact& contact) {
   b2Body& body = *contact.m_fixtureA->m_body;
   return body.m_type == b2_staticBody ? body : *contact.m_fixtureB->m_body;
 }
@@ -95,7 +95,7 @@ inline void read_contact(const b2Contact& contact, const b2Body& walker,
   read.friction = contact.m_friction;
 }
 
-/// The impacts of one world's step.
+/// The impacts of one instance's step.
 ///
 /// Between the beginning (alpha = 0) and the end (1) of the step, each body moves along its sweep,
 /// linearly in centre and angle. `find` chooses the contact with the earliest time of impact,
@@ -110,7 +110,7 @@ inline void read_contact(const b2Contact& contact, const b2Body& walker,
 /// Source: Box2D (box2d-py 2.3.8), Dynamics/b2World.cpp, b2World::SolveTOI.
 class WorldToi {
  public:
-  /// Terrain already has `alpha0` = 0 and no island flags, from the end of the last step.
+  /// Ground already has `alpha0` = 0 and no island flags, from the end of the last step.
   void begin(const WalkerParts& parts, const Model& model) {
     parts_ = parts;
     model_ = &model;
@@ -123,7 +123,7 @@ class WorldToi {
     }
   }
 
-  /// Advances a body to the first remaining impact with the terrain; returns whether there is one.
+  /// Advances a body to the first remaining impact with the ground; returns whether there is one.
   bool find() {
     for (;;) {
       float alpha = 1;
@@ -196,12 +196,12 @@ class WorldToi {
     if (sweep_b.alpha0 < alpha0) sweep_b.Advance(alpha0);
     b2Assert(alpha0 < 1.0F);
 
-    const bool a_is_terrain = fixture_a.m_body->m_type == b2_staticBody;
-    const b2Body& walker = a_is_terrain ? *fixture_b.m_body : *fixture_a.m_body;
-    const b2Fixture& terrain = a_is_terrain ? fixture_a : fixture_b;
+    const bool a_is_ground = fixture_a.m_body->m_type == b2_staticBody;
+    const b2Body& walker = a_is_ground ? *fixture_b.m_body : *fixture_a.m_body;
+    const b2Fixture& ground = a_is_ground ? fixture_a : fixture_b;
     SweptVertices& swept = swept_[index_of(walker)];
     swept.follow(walker);
-    if (swept.stay_apart_from(*terrain.m_shape)) return 1;
+    if (swept.stay_apart_from(*ground.m_shape)) return 1;
 
     b2TOIInput input;
     input.proxyA.Set(fixture_a.GetShape(), contact.m_indexA);
@@ -258,21 +258,21 @@ class WorldToi {
       if (num_contacts_ == b2_maxTOIContacts) break;
       b2Contact& contact = *edge->contact;
       if ((contact.m_flags & b2Contact::e_islandFlag) != 0) continue;
-      b2Body& terrain = *edge->other;
-      const bool is_in_island = (terrain.m_flags & b2Body::e_islandFlag) != 0;
-      const b2Sweep before = terrain.m_sweep;
-      if (!is_in_island) terrain.Advance(alpha);
+      b2Body& ground = *edge->other;
+      const bool is_in_island = (ground.m_flags & b2Body::e_islandFlag) != 0;
+      const b2Sweep before = ground.m_sweep;
+      if (!is_in_island) ground.Advance(alpha);
       contact.Update(listener);
       if (!is_solid(contact)) {
-        terrain.m_sweep = before;
-        terrain.SynchronizeTransform();
+        ground.m_sweep = before;
+        ground.SynchronizeTransform();
         continue;
       }
       contact.m_flags |= b2Contact::e_islandFlag;
       contacts_[static_cast<std::size_t>(num_contacts_++)] = &contact;
       if (is_in_island) continue;
-      terrain.m_flags |= b2Body::e_islandFlag;
-      bodies_[static_cast<std::size_t>(num_bodies_++)] = &terrain;
+      ground.m_flags |= b2Body::e_islandFlag;
+      bodies_[static_cast<std::size_t>(num_bodies_++)] = &ground;
     }
   }
 

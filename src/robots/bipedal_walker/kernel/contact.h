@@ -1,8 +1,8 @@
 // b2ContactSolver's constraints for contacts between one body of the walker and the static
-// terrain, which is at the origin.
+// ground, which is at the origin.
 //
 // A contact has a body A and a body B, and its normal n points from A to B. One of them is the
-// walker's; the other is the terrain's, with zero inverse mass and zero velocity. So of
+// walker's; the other is the ground's, with zero inverse mass and zero velocity. So of
 //
 //   dv = vB + wB x rB - vA - wA x rA
 //   vA -= mA P,  wA -= iA rA x P,    vB += mB P,  wB += iB rB x P
@@ -31,7 +31,7 @@
 //
 // There is no restitution, so the normal velocity's target is 0.
 //
-// The terrain's terms in Box2D are zero, but adding a signed zero may change the sign of another
+// The ground's terms in Box2D are zero, but adding a signed zero may change the sign of another
 // zero: `zero_before` and `zero_after` below are these terms.
 //
 // Inputs: the manifolds. State: the accumulated impulses.
@@ -62,7 +62,7 @@ using ManifoldLanes = ContactManifold<Number<W>, Truth<W>>;
 template <int W>
 struct PointLanes {
   Vec2<W> arm;         ///< from the walker's centre to the point: rB, or rA
-  Vec2<W> zero_after;  ///< 0 x rA if the terrain is A, else 0
+  Vec2<W> zero_after;  ///< 0 x rA if the ground is A, else 0
   Number<W> normal_mass, tangent_mass;
   Number<W> normal_impulse, tangent_impulse;
 };
@@ -100,11 +100,11 @@ struct WorldPoint {
 template <int W>
 WALKER_SIM_INLINE inline WorldPoint<W> world_point(const ManifoldLanes<W>& manifold, int index,
                                                    const Transform<W>& walker) {
-  const Transform<W> terrain{{Number<W>(0), Number<W>(1)}, {Number<W>(0), Number<W>(0)}};
+  const Transform<W> ground{{Number<W>(0), Number<W>(1)}, {Number<W>(0), Number<W>(0)}};
   const Vec2<W> plane{manifold.plane_x, manifold.plane_y};
   const Vec2<W> point{manifold.point_x[index], manifold.point_y[index]};
-  return {select(manifold.walker_has_face, transform(walker, plane), transform(terrain, plane)),
-          select(manifold.walker_has_face, transform(terrain, point), transform(walker, point))};
+  return {select(manifold.walker_has_face, transform(walker, plane), transform(ground, plane)),
+          select(manifold.walker_has_face, transform(ground, point), transform(walker, point))};
 }
 
 /// b2ContactSolver::InitializeVelocityConstraints. The caller sets the impulses.

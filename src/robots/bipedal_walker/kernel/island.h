@@ -84,7 +84,7 @@ WALKER_SIM_INLINE inline Truth<W> correct_positions(std::array<PositionLanes<W>,
   return is_kept;
 }
 
-/// Contacts of the same body, at the same index in each world's list.
+/// Contacts of the same body, at the same index in each instance's list.
 template <int W>
 struct Slot {
   ManifoldLanes<W> manifold;
@@ -145,11 +145,11 @@ class IslandLanes {
   }
 
  private:
-  /// Assigns each contact of each world to a slot of its body.
+  /// Assigns each contact of each instance to a slot of its body.
   void assign_slots() {
     static const Contact<float, int> kNone{};
     num_slots_ = 0;
-    std::array<int, W> next{};  // index of each world's next contact
+    std::array<int, W> next{};  // index of each instance's next contact
     for (int body = 0; body < kBodies; ++body) {
       first_slots_[body] = num_slots_;
       int num_slots = 0;
@@ -191,16 +191,16 @@ class IslandLanes {
 
   template <typename Member, typename Lanes>
   void load(Member member, Lanes& lanes) const {
-    std::array<const std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
-    for (int lane = 0; lane < W; ++lane) worlds[lane] = &(islands_[lane]->*member);
-    gather<W>(lanes, worlds.data());
+    std::array<const std::remove_reference_t<decltype(islands_[0]->*member)>*, W> instances;
+    for (int lane = 0; lane < W; ++lane) instances[lane] = &(islands_[lane]->*member);
+    gather<W>(lanes, instances.data());
   }
 
   template <typename Member, typename Lanes>
   void store(const Lanes& lanes, Member member) const {
-    std::array<std::remove_reference_t<decltype(islands_[0]->*member)>*, W> worlds;
-    for (int lane = 0; lane < W; ++lane) worlds[lane] = &(islands_[lane]->*member);
-    scatter<W>(lanes, worlds.data(), count_);
+    std::array<std::remove_reference_t<decltype(islands_[0]->*member)>*, W> instances;
+    for (int lane = 0; lane < W; ++lane) instances[lane] = &(islands_[lane]->*member);
+    scatter<W>(lanes, instances.data(), count_);
   }
 
   /// Applies forces, and initialises and warm-starts the constraints.
@@ -305,13 +305,13 @@ class IslandLanes {
       impulses.tangent[1] =
           select(contact.has_two, contact.points[1].tangent_impulse, impulses.tangent[1]);
       ContactImpulses<float> nowhere;
-      std::array<ContactImpulses<float>*, W> worlds;
+      std::array<ContactImpulses<float>*, W> instances;
       for (int lane = 0; lane < W; ++lane) {
         const int index = contact_indices_[i][lane];
         // cppcheck-suppress uninitvar  // it is only written
-        worlds[lane] = index < 0 ? &nowhere : &islands_[lane]->contacts[index].impulses;
+        instances[lane] = index < 0 ? &nowhere : &islands_[lane]->contacts[index].impulses;
       }
-      scatter<W>(impulses, worlds.data(), count_);
+      scatter<W>(impulses, instances.data(), count_);
     }
   }
 

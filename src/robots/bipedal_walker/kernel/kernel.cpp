@@ -35,15 +35,15 @@ bool has_rotations_of_library(const Kernel& kernel) {
   return true;
 }
 
-/// Terrain rougher than Gymnasium's, for contacts at all angles from the first steps on.
-Terrain rough_ground(Generator& generator) {
-  Terrain terrain;
-  terrain.ground.resize(kTerrainLength);
-  for (std::size_t i = 0; i < terrain.ground.size(); ++i) {
-    terrain.ground[i] = {static_cast<double>(i) * kTerrainStep,
-                         kTerrainHeight + generator.uniform(-0.3, 0.3)};
+/// Ground rougher than Gymnasium's, for contacts at all angles from the first steps on.
+Ground rough_ground(Generator& generator) {
+  Ground ground;
+  ground.points.resize(kTerrainLength);
+  for (std::size_t i = 0; i < ground.points.size(); ++i) {
+    ground.points[i] = {static_cast<double>(i) * kTerrainStep,
+                        kTerrainHeight + generator.uniform(-0.3, 0.3)};
   }
-  return terrain;
+  return ground;
 }
 
 std::vector<std::byte> state_of(const Physics& physics) {
@@ -53,30 +53,30 @@ std::vector<std::byte> state_of(const Physics& physics) {
   return bytes;
 }
 
-/// Compares worlds that the kernel steps, in a group and one alone, with identical worlds that
-/// Box2D steps.
+/// Compares instances that the kernel steps, in a group and one alone, with identical instances
+/// that Box2D steps.
 bool has_steps_of_box2d(const Kernel& kernel) {
   constexpr int kSteps = 12;
   constexpr std::size_t kGroup = 19;  // the last group of lanes is not full
-  constexpr std::size_t kWorlds = kGroup + 1;
+  constexpr std::size_t kInstances = kGroup + 1;
   Generator generator(0);
-  std::deque<Physics> ours(kWorlds);
-  std::deque<Physics> plain(kWorlds);
-  for (std::size_t i = 0; i < kWorlds; ++i) {
-    const Terrain terrain = rough_ground(generator);
+  std::deque<Physics> ours(kInstances);
+  std::deque<Physics> plain(kInstances);
+  for (std::size_t i = 0; i < kInstances; ++i) {
+    const Ground ground = rough_ground(generator);
     const double push = generator.uniform(-50, 50);
     Dynamics dynamics;
     if (i % 2 != 0) {
       dynamics.gravity = generator.uniform(-20, 0);
       dynamics.mass_scale = generator.uniform(0.5, 2);
     }
-    ours[i].build(terrain, push, dynamics);
-    plain[i].build(terrain, push, dynamics);
+    ours[i].build(ground, push, dynamics);
+    plain[i].build(ground, push, dynamics);
   }
-  std::array<std::exception_ptr, kWorlds> failures;
+  std::array<std::exception_ptr, kInstances> failures;
   for (int step = 0; step < kSteps; ++step) {
-    std::array<WorldCall, kWorlds> calls;
-    for (std::size_t i = 0; i < kWorlds; ++i) {
+    std::array<PhysicsCall, kInstances> calls;
+    for (std::size_t i = 0; i < kInstances; ++i) {
       std::array<double, kJointCount> action{};
       for (double& value : action) value = generator.uniform(-1, 1);
       ours[i].drive(action.data());

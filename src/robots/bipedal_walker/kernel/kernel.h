@@ -1,13 +1,13 @@
 // Interface of the kernel, which reimplements Box2D's solvers for many walkers, bit for bit.
 //
-// The kernel does not depend on Box2D: a world's numbers are copied into an Island or a ToiIsland,
-// solved together with those of other worlds, and copied back.
+// The kernel does not depend on Box2D: an instance's numbers are copied into an Island or a
+// ToiIsland, solved together with those of other instances, and copied back.
 //
 // A step of a walker has these parts (box2d_pinned/world_step.cpp, world_toi.h):
 //
-//   contacts  manifolds between the walker's polygons and the terrain             Box2D
+//   contacts  manifolds between the walker's polygons and the ground             Box2D
 //   Island    velocities, positions and impulses after dt                         Kernel::solve
-//   sweep     the first time of impact of a body with the terrain, if any         Box2D
+//   sweep     the first time of impact of a body with the ground, if any         Box2D
 //   ToiIsland the body's velocity and position after the rest of dt               Kernel::solve_toi
 //
 // The last two repeat until no body has an impact.
@@ -24,7 +24,7 @@ constexpr int kJoints = 4;        ///< joint i is between bodies i and i + 1
 constexpr int kMaxContacts = 32;  ///< per island
 constexpr int kMaxContactsOfBody = 12;
 
-/// Constants that all worlds share [m, rad, kg, s].
+/// Constants that all instances share [m, rad, kg, s].
 struct Model {
   struct Body {
     float center_x, center_y;  ///< b2Sweep::localCenter
@@ -44,7 +44,7 @@ struct Model {
   int position_iterations;
 };
 
-/// Centre of mass, angle and velocities. Number is a float, or a vector over several worlds.
+/// Centre of mass, angle and velocities. Number is a float, or a vector over several instances.
 template <typename Number>
 struct BodyState {
   Number x, y, angle;
@@ -67,7 +67,7 @@ struct Rotation {
   Number sine, cosine;
 };
 
-/// Inputs and state of b2RevoluteJoint. Truth is an int, 0 or -1, or a mask over several worlds.
+/// Inputs and state of b2RevoluteJoint. Truth is an int, 0 or -1, or a mask over several instances.
 template <typename Number, typename Truth>
 struct JointState {
   Number motor_speed, motor_torque;
@@ -75,7 +75,7 @@ struct JointState {
   Truth at_lower, at_upper;
 };
 
-/// b2Manifold between a body of the walker and a static body of the terrain at the origin.
+/// b2Manifold between a body of the walker and a static body of the ground at the origin.
 template <typename Number, typename Truth>
 struct ContactManifold {
   Truth exists;           ///< 0 in lanes that have fewer contacts than others
@@ -113,7 +113,7 @@ struct Island {
   std::array<Rotation<float>, kBodies> rotations;         ///< output
   int position_is_solved;                                 ///< output
 
-  unsigned pattern;  ///< sort key that groups worlds with similar constraints
+  unsigned pattern;  ///< sort key that groups instances with similar constraints
 };
 
 /// b2Island at a time of impact, before and after b2Island::SolveTOI.
@@ -132,7 +132,7 @@ struct ToiIsland {
 /// A compilation of the kernel for an instruction set.
 struct Kernel {
   const char* instruction_set;
-  int lanes;  ///< worlds per vector
+  int lanes;  ///< instances per vector
 
   /// @param count at most kMaxGroupSize
   void (*solve)(Island* const* islands, std::size_t count, const Model& model);

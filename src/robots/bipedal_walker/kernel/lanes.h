@@ -1,8 +1,8 @@
 // Box2D's vector algebra (b2Math.h) on one number per lane, in Box2D's order of operations, with
-// its rotations, and copies between worlds and lanes.
+// its rotations, and copies between instances and lanes.
 //
 // This file, those beside it that say so, and world_step.cpp and world_toi.h restate formulas
-// of Box2D 2.3 in code of our own, for several worlds at once. They are altered and not the
+// of Box2D 2.3 in code of our own, for several instances at once. They are altered and not the
 // original software. Box2D's notice:
 //
 // Copyright (c) 2006-2011 Erin Catto http://www.box2d.org
@@ -154,31 +154,31 @@ struct MassLanes {
 
 static_assert(sizeof(float) == 4 && sizeof(int) == 4, "lanes are moved in words of 4 bytes");
 
-/// Copies the structs of W worlds into lanes. To is From with vectors in place of numbers.
+/// Copies the structs of W instances into lanes. To is From with vectors in place of numbers.
 template <int W, typename To, typename From>
 WALKER_SIM_INLINE inline void gather(To& to, const From* const* from) {
   static_assert(sizeof(To) == W * sizeof(From));
   std::uint32_t words[sizeof(To) / 4];
   for (int lane = 0; lane < W; ++lane) {
-    std::uint32_t world[sizeof(From) / 4];
-    std::memcpy(world, from[lane], sizeof world);
-    for (std::size_t i = 0; i < sizeof(From) / 4; ++i) words[i * W + lane] = world[i];
+    std::uint32_t instance[sizeof(From) / 4];
+    std::memcpy(instance, from[lane], sizeof instance);
+    for (std::size_t i = 0; i < sizeof(From) / 4; ++i) words[i * W + lane] = instance[i];
   }
   // cppcheck-suppress uninitvar  // there is at least one lane
   std::memcpy(&to, words, sizeof to);
 }
 
-/// Copies the first `count` lanes back to their worlds.
+/// Copies the first `count` lanes back to their instances.
 template <int W, typename To, typename From>
 WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count) {
   static_assert(sizeof(From) == W * sizeof(To));
   std::uint32_t words[sizeof(From) / 4];
   std::memcpy(words, &from, sizeof words);
   for (int lane = 0; lane < count; ++lane) {
-    std::uint32_t world[sizeof(To) / 4];
-    for (std::size_t i = 0; i < sizeof(To) / 4; ++i) world[i] = words[i * W + lane];
+    std::uint32_t instance[sizeof(To) / 4];
+    for (std::size_t i = 0; i < sizeof(To) / 4; ++i) instance[i] = words[i * W + lane];
     // cppcheck-suppress uninitvar  // there is at least one word
-    std::memcpy(to[lane], world, sizeof world);
+    std::memcpy(to[lane], instance, sizeof instance);
   }
 }
 
@@ -188,7 +188,7 @@ WALKER_SIM_INLINE inline void scatter(const From& from, To* const* to, int count
 // and rounds once, with fused operations on newer processors. Below, the polynomial is evaluated
 // after a range reduction of our own, without fused operations. The floats are the same for every
 // angle up to kMaxAngle: rotation_test.cpp tests them all. If any lane is beyond, all call the
-// library, as does a single world.
+// library, as does a single instance.
 //
 //   n = round(2 angle / pi),   x = angle - n pi/2
 //   S(x) = x + s1 x^3 + x^5 (s2 + s3 x^2),   C(x) = 1 + c1 x^2 + c2 x^4 + x^6 (c3 + c4 x^2)

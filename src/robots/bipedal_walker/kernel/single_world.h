@@ -1,8 +1,8 @@
-// The velocity iterations of a single world, whose speed is limited by latency: each constraint
+// The velocity iterations of a single instance, whose speed is limited by latency: each constraint
 // waits for the one before. They perform the operations of revolute_joint.h and contact.h, with
 // two differences that shorten the wait:
 //
-// - A vector holds all velocities of one body instead of one number of many worlds.
+// - A vector holds all velocities of one body instead of one number of many instances.
 // - Clamps and limits are branches. The processor predicts them, because most constraints stay in
 //   the same case for all iterations, and so need not wait for the value that decides.
 //
@@ -89,7 +89,7 @@ WALKER_SIM_INLINE inline float clamp_by_branch(float a, float low, float high) {
   return a;
 }
 
-/// JointLanes of one world.
+/// JointLanes of one instance.
 struct SingleJoint {
   // cppcheck-suppress uninitMemberVar  // is overwritten
   SingleJoint() = default;
@@ -190,7 +190,7 @@ WALKER_SIM_INLINE inline void solve(SingleJoint& joint, Planar& a, Planar& b) {
   b = b + joint.masses_b * with_angular(impulse, angular_b);
 }
 
-/// ContactLanes of one world.
+/// ContactLanes of one instance.
 struct SingleContact {
   struct Point {
     Arm arm;
@@ -329,8 +329,8 @@ __attribute__((noinline)) inline Planar::Number solve(SingleContact* begin,
   return now.number;
 }
 
-/// The constraints of a single world. This is a member of an object and no local variable, so that
-/// the compiler leaves it in memory and keeps registers for the bodies.
+/// The constraints of a single instance. This is a member of an object and no local variable, so
+/// that the compiler leaves it in memory and keeps registers for the bodies.
 class SingleWorld {
  public:
   /// Runs all velocity iterations, in the order of IslandLanes::solve_velocities.

@@ -1,4 +1,4 @@
-// Entry points of the kernel, which solve the problems of many worlds, W at a time, and the
+// Entry points of the kernel, which solve the problems of many instances, W at a time, and the
 // solution of impacts.
 //
 // Restates formulas of Box2D 2.3, Copyright (c) 2006-2011 Erin Catto http://www.box2d.org, in code
@@ -11,7 +11,7 @@
 
 #include "base/limits.h"
 #include "robots/bipedal_walker/kernel/island.h"
-#include "simd/workspace.h"
+#include "simd/lane_memory.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
@@ -19,7 +19,7 @@ inline namespace WALKER_SIM_INSTRUCTION_SET {
 constexpr int kToiPositionIterations = 20;
 constexpr float kToiBaumgarte = 0.75F;  ///< b2_toiBaugarte
 
-/// b2Island::SolveTOI for one body of a walker per lane, at its time of impact with the terrain.
+/// b2Island::SolveTOI for one body of a walker per lane, at its time of impact with the ground.
 /// Corrects its position, solves its velocity, and integrates it over the rest of the step.
 ///
 /// At the time of impact t, a fraction of the step dt, with the body's c, a, v, w as in island.h:
@@ -125,7 +125,7 @@ class ToiLanes {
     for (int i = 0; i < num_slots_; ++i) kernel::solve(contacts_[i], velocity_);
   }
 
-  /// @return whether the iteration changed no bit of any world
+  /// @return whether the iteration changed no bit of any instance
   bool iterate_and_compare() {
     Truth<W> is_changed = Truth<W>::none();
     const auto compare = [&is_changed](Number<W> before, Number<W> after) WALKER_SIM_INLINE {
@@ -171,10 +171,10 @@ class ToiLanes {
   int num_slots_ = 0;
 };
 
-/// Position iterations after which most worlds have converged; most of the others never do.
+/// Position iterations after which most instances have converged; most of the others never do.
 constexpr int kFirstIterations = 6;
 
-constexpr int kMinLanes = 4;  ///< of several worlds
+constexpr int kMinLanes = 4;  ///< of several instances
 
 /// Calls solve(first, lanes, W) for up to W problems at a time. If half of the lanes suffice for
 /// the remainder, solves it with half of W. Solves a single problem with one lane.
@@ -193,8 +193,8 @@ void in_groups(std::size_t first, std::size_t count, const Solve& solve) {
 
 template <typename Lanes, typename Problem>
 Lanes& new_lanes(void* memory, Problem* const* problems, int count, const Model& model) {
-  static_assert(sizeof(Lanes) <= simd::Workspace::kLanesSize);
-  static_assert(alignof(Lanes) <= simd::Workspace::kAlignment);
+  static_assert(sizeof(Lanes) <= simd::LaneMemory::kLanesSize);
+  static_assert(alignof(Lanes) <= simd::LaneMemory::kAlignment);
   static_assert(std::is_trivially_destructible_v<Lanes>);
   return *new (memory) Lanes(problems, count, model);
 }
@@ -203,7 +203,7 @@ template <int W>
 void solve_islands(Island* const* islands, std::size_t count, const Model& model) {
   std::array<Island*, kMaxGroupSize> unsolved;
   std::size_t num_unsolved = 0;
-  void* const memory = simd::workspace().lanes;
+  void* const memory = simd::lane_memory().lanes;
   const int first_iterations = std::min(kFirstIterations, model.position_iterations);
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
     auto& lanes = new_lanes<IslandLanes<width>>(memory, islands + first, num_lanes, model);
@@ -221,7 +221,7 @@ void solve_islands(Island* const* islands, std::size_t count, const Model& model
 
 template <int W>
 void solve_toi(ToiIsland* const* islands, std::size_t count, const Model& model) {
-  void* const memory = simd::workspace().lanes;
+  void* const memory = simd::lane_memory().lanes;
   in_groups<W>(0, count, [&](std::size_t first, int num_lanes, auto width) {
     new_lanes<ToiLanes<width>>(memory, islands + first, num_lanes, model).solve();
   });

@@ -1,5 +1,5 @@
 // MuJoCo's vector and spatial algebra (engine_util_blas.c, engine_util_spatial.c,
-// engine_util_sparse.c, engine_util_solve.c) for several worlds, in its order of operations;
+// engine_util_sparse.c, engine_util_solve.c) for several instances, in its order of operations;
 // smooth.h has the licence.
 //
 // A spatial motion is (angular, linear velocity), a force (torque, force), and an inertia (Ixx,

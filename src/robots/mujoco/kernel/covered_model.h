@@ -123,7 +123,8 @@ inline std::string unsupported_reason(const mjModel& model) {
 #define COMPARE_COUNT(name) \
   if (model.name != model::name) return #name;
   WALKER_SIM_MODEL_COUNTS(COMPARE_COUNT)
-// The upper bound limits the trial's memory: it allocates an mjData for each of its worlds.
+// The upper bound limits the memory of the kernel's check, which allocates an mjData for each of
+// its instances.
 #define COMPARE_BUFFER(name) \
   if (model.name < model::name || model.name > 100 * model::name) return #name;
   WALKER_SIM_MODEL_BUFFERS(COMPARE_BUFFER)

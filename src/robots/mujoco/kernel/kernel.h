@@ -22,7 +22,7 @@ constexpr std::size_t kMaxCoordinates = 9;
 
 /// Numbers of the model that may differ between worlds, in place of the kernel's constants: those
 /// of worlds with other physics, and the limbs' friction, in which Walker2d-v4 and v5 differ.
-/// @tparam V a number, or a vector with a number of each lane's world
+/// @tparam V a number, or a vector with a number of each lane's instance
 template <typename V>
 struct ModelValues {
   V gravity;                          ///< opt_gravity along z [m/s^2]
@@ -37,7 +37,7 @@ struct ModelValues {
 };
 
 /// State that MuJoCo's steps pass from one to the next, and what acts in them.
-struct World {
+struct Instance {
   using Coordinates = std::array<double, kMaxCoordinates>;
 
   Coordinates position{};                       ///< qpos [m, rad]
@@ -46,27 +46,27 @@ struct World {
   std::array<double, kMaxMotors> torque{};      ///< of the motors [N m]
   std::array<double, 2> push{};                 ///< force on the trunk along x and z [N]
   const ModelValues<double>* values = nullptr;  ///< must be set
-  unsigned pattern = 0;     ///< equal for worlds with the same contacts and limits
+  unsigned pattern = 0;     ///< equal for instances with the same contacts and limits
   bool is_flagged = false;  ///< the library must redo this step from the state before it
 };
 
-using StepWorlds = void (*)(World* const* worlds, std::size_t count, int steps);
+using StepInstances = void (*)(Instance* const* instances, std::size_t count, int steps);
 
 /// The kernel of one robot for one instruction set.
 struct Kernel {
   const char* instruction_set;
-  int lanes;  ///< worlds that `step` solves together
+  int lanes;  ///< instances that `step` solves together
 
-  /// Makes engine steps of distinct worlds. Flags worlds for which the library would warn or may
-  /// give a zero another sign, and those whose limbs may touch each other; their state is then
+  /// Makes engine steps of distinct instances. Flags instances for which the library would warn or
+  /// may give a zero another sign, and those whose limbs may touch each other; their state is then
   /// undefined.
-  StepWorlds step;
-  /// Like `step`, but one world at a time: faster for a single world.
-  StepWorlds step_singly;
+  StepInstances step;
+  /// Like `step`, but one instance at a time: faster for a single instance.
+  StepInstances step_singly;
 
-  /// Computes the warm start of a new state, without torques and push. Flags the world as `step`
+  /// Computes the warm start of a new state, without torques and push. Flags the instance as `step`
   /// does.
-  void (*start)(World& world);
+  void (*start)(Instance& instance);
 };
 
 struct Kernels;

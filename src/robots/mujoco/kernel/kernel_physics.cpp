@@ -25,16 +25,16 @@ struct Shared {
   explicit Shared(const ModelPointer& base) : values(values_of(*base)), data(base) {}
 
   ModelValues<double> values;  ///< of the base model
-  DataPool data;               ///< for models of all worlds, which have the same sizes
+  DataPool data;               ///< for models of all instances, which have the same sizes
 };
 
-/// A world that a kernel steps. The control becomes torques, as in mj_fwdActuation,
+/// An instance that a kernel steps. The control becomes torques, as in mj_fwdActuation,
 ///
 ///   torque_i = gear_i * clamp(control_i, ctrlrange_i)   [N m]
 ///
-/// and the push a force on the trunk's slides. Before a step the world is copied. If the kernel
+/// and the push a force on the trunk's slides. Before a step the instance is copied. If the kernel
 /// flags the result, or there are wrenches or a control beyond mjMAXVAL, the library makes the step
-/// from the copy. State: `World` and the last control.
+/// from the copy. State: `Instance` and the last control.
 class KernelPhysics : public Physics {
  public:
   KernelPhysics(const Kernel& kernel, ModelPointer base)
@@ -42,7 +42,7 @@ class KernelPhysics : public Physics {
         base_(std::move(base)),
         shared_(shared_by_users_of<Shared>(base_)),
         model_(base_) {
-    world_.values = &shared_->values;
+    instance_.values = &shared_->values;
   }
 
   const mjModel& model() const override { return *model_; }
@@ -51,19 +51,19 @@ class KernelPhysics : public Physics {
     if (model == model_) return;
     own_values_ =
         model == base_ ? nullptr : std::make_unique<ModelValues<double>>(values_of(*model));
-    world_.values = own_values_ ? own_values_.get() : &shared_->values;
+    instance_.values = own_values_ ? own_values_.get() : &shared_->values;
     model_ = std::move(model);
   }
 
-  const double* position() const override { return world_.position.data(); }
-  const double* velocity() const override { return world_.velocity.data(); }
+  const double* position() const override { return instance_.position.data(); }
+  const double* velocity() const override { return instance_.velocity.data(); }
 
   void reset(const double* position, const double* velocity) override {
-    std::copy_n(position, model_->nq, world_.position.begin());
-    std::copy_n(velocity, model_->nv, world_.velocity.begin());
+    std::copy_n(position, model_->nq, instance_.position.begin());
+    std::copy_n(velocity, model_->nv, instance_.velocity.begin());
     control_ = {};
-    kernel_.start(world_);
-    if (!world_.is_flagged) return;
+    kernel_.start(instance_);
+    if (!instance_.is_flagged) return;
     const DataPool::Loan loan(shared_->data);
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
@@ -74,37 +74,37 @@ class KernelPhysics : public Physics {
   }
 
   void step(const double* control, const ExternalForces& forces, int count) override {
-    const World before = world_;
-    World* const world = &world_;
-    if (take_inputs(control, forces)) kernel_.step_singly(&world, 1, count);
-    if (world_.is_flagged) step_by_library(before, forces, count);
+    const Instance before = instance_;
+    Instance* const instance = &instance_;
+    if (take_inputs(control, forces)) kernel_.step_singly(&instance, 1, count);
+    if (instance_.is_flagged) step_by_library(before, forces, count);
   }
 
   void step_together(PhysicsCall* calls, std::size_t num_calls, int count) noexcept override {
     std::array<KernelPhysics*, kMaxGroupSize> members{};
-    std::array<World, kMaxGroupSize> before;
-    std::array<World*, kMaxGroupSize> worlds{};
-    std::size_t num_worlds = 0;
+    std::array<Instance, kMaxGroupSize> before;
+    std::array<Instance*, kMaxGroupSize> instances{};
+    std::size_t num_instances = 0;
     for (std::size_t i = 0; i < num_calls; ++i) {
       members[i] = find_alike(calls[i]);
       if (members[i] == nullptr) {
         Physics::step_together(&calls[i], 1, count);
         continue;
       }
-      before[i] = members[i]->world_;
+      before[i] = members[i]->instance_;
       if (members[i]->take_inputs(calls[i].control, calls[i].forces)) {
-        worlds[num_worlds++] = &members[i]->world_;
+        instances[num_instances++] = &members[i]->instance_;
       }
     }
-    // Worlds with the same contacts are solved together fastest.
-    std::sort(worlds.begin(), worlds.begin() + num_worlds,
-              [](const World* a, const World* b) { return a->pattern < b->pattern; });
-    // A single remaining world is faster alone than in a vector.
-    const std::size_t num_alone = num_worlds % kernel_.lanes == 1 ? 1 : 0;
-    kernel_.step(worlds.data(), num_worlds - num_alone, count);
-    kernel_.step_singly(worlds.data() + num_worlds - num_alone, num_alone, count);
+    // Instances with the same contacts are solved together fastest.
+    std::sort(instances.begin(), instances.begin() + num_instances,
+              [](const Instance* a, const Instance* b) { return a->pattern < b->pattern; });
+    // A single remaining instance is faster alone than in a vector.
+    const std::size_t num_alone = num_instances % kernel_.lanes == 1 ? 1 : 0;
+    kernel_.step(instances.data(), num_instances - num_alone, count);
+    kernel_.step_singly(instances.data() + num_instances - num_alone, num_alone, count);
     for (std::size_t i = 0; i < num_calls; ++i) {
-      if (members[i] == nullptr || !members[i]->world_.is_flagged) continue;
+      if (members[i] == nullptr || !members[i]->instance_.is_flagged) continue;
       try {
         members[i]->step_by_library(before[i], calls[i].forces, count);
       } catch (...) {
@@ -118,7 +118,7 @@ class KernelPhysics : public Physics {
   void measure(const std::function<void(const mjData&)>& look) const override {
     const DataPool::Loan loan(shared_->data);
     mjData& data = *loan->pointer;
-    write(world_, data);
+    write(instance_, data);
     std::copy_n(control_.begin(), model_->nu, data.ctrl);
     mj_kinematics(model_.get(), &data);
     mj_collision(model_.get(), &data);
@@ -128,31 +128,31 @@ class KernelPhysics : public Physics {
   }
 
   void save(double* values) const override {
-    values = std::copy_n(world_.position.begin(), model_->nq, values);
-    values = std::copy_n(world_.velocity.begin(), model_->nv, values);
-    values = std::copy_n(world_.warm_start.begin(), model_->nv, values);
+    values = std::copy_n(instance_.position.begin(), model_->nq, values);
+    values = std::copy_n(instance_.velocity.begin(), model_->nv, values);
+    values = std::copy_n(instance_.warm_start.begin(), model_->nv, values);
     values = std::copy_n(control_.begin(), model_->nu, values);
     values = std::fill_n(values, kBaseJoints, 0.0);  // the trunk has no motors
     // The library adds each torque to 0, which turns -0 into 0.
-    std::transform(world_.torque.begin(), world_.torque.begin() + model_->nu, values,
+    std::transform(instance_.torque.begin(), instance_.torque.begin() + model_->nu, values,
                    [](double torque) { return 0.0 + torque; });
   }
 
   void load(const double* values) override {
-    const ModelValues<double>* const model_values = world_.values;
-    world_ = {};
-    world_.values = model_values;
+    const ModelValues<double>* const model_values = instance_.values;
+    instance_ = {};
+    instance_.values = model_values;
     const double* next = values;
     const auto take = [&next](auto& to, int count) {
       std::copy_n(next, count, to.begin());
       next += count;
     };
-    take(world_.position, model_->nq);
-    take(world_.velocity, model_->nv);
-    take(world_.warm_start, model_->nv);
+    take(instance_.position, model_->nq);
+    take(instance_.velocity, model_->nv);
+    take(instance_.warm_start, model_->nv);
     take(control_, model_->nu);
     next += kBaseJoints;
-    take(world_.torque, model_->nu);
+    take(instance_.torque, model_->nu);
   }
 
   std::string stepper() const override {
@@ -160,7 +160,7 @@ class KernelPhysics : public Physics {
   }
 
  private:
-  /// Returns the call's world if it has the same kernel and base model, else null: between the
+  /// Returns the call's instance if it has the same kernel and base model, else null: between the
   /// creation of two environments the user may have changed the model's file or selected another
   /// kernel.
   KernelPhysics* find_alike(const PhysicsCall& call) const {
@@ -169,24 +169,24 @@ class KernelPhysics : public Physics {
     return is_alike ? other : nullptr;
   }
 
-  /// mj_fwdActuation. @return whether the kernel can make the step; if not, the world is flagged
+  /// mj_fwdActuation. @return whether the kernel can make the step; if not, the instance is flagged
   bool take_inputs(const double* control, const ExternalForces& forces) {
-    world_.push = forces.trunk;
+    instance_.push = forces.trunk;
     std::copy_n(control, model_->nu, control_.begin());
     // The kernel applies no wrenches.
-    world_.is_flagged = forces.wrenches != nullptr ||
-                        !std::all_of(control_.begin(), control_.end(),
-                                     [](double value) { return std::abs(value) <= mjMAXVAL; });
+    instance_.is_flagged = forces.wrenches != nullptr ||
+                           !std::all_of(control_.begin(), control_.end(),
+                                        [](double value) { return std::abs(value) <= mjMAXVAL; });
     for (int motor = 0; motor < model_->nu; ++motor) {
       const double* const range = at(model_->actuator_ctrlrange, motor, 2);
-      world_.torque[motor] =
+      instance_.torque[motor] =
           at(model_->actuator_gear, motor, 6)[0] * std::clamp(control_[motor], range[0], range[1]);
     }
-    return !world_.is_flagged;
+    return !instance_.is_flagged;
   }
 
   /// @throws as `step`
-  void step_by_library(const World& before, const ExternalForces& forces, int count) {
+  void step_by_library(const Instance& before, const ExternalForces& forces, int count) {
     const DataPool::Loan loan(shared_->data);
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
@@ -196,23 +196,23 @@ class KernelPhysics : public Physics {
     check_warnings(data);
   }
 
-  void write(const World& world, mjData& data) const {
-    std::copy_n(world.position.begin(), model_->nq, data.qpos);
-    std::copy_n(world.velocity.begin(), model_->nv, data.qvel);
-    std::copy_n(world.warm_start.begin(), model_->nv, data.qacc_warmstart);
+  void write(const Instance& instance, mjData& data) const {
+    std::copy_n(instance.position.begin(), model_->nq, data.qpos);
+    std::copy_n(instance.velocity.begin(), model_->nv, data.qvel);
+    std::copy_n(instance.warm_start.begin(), model_->nv, data.qacc_warmstart);
   }
 
   void read(const mjData& data) {
-    read_state(*model_, data, world_);
+    read_state(*model_, data, instance_);
     std::copy_n(data.ctrl, model_->nu, control_.begin());
   }
 
   const Kernel& kernel_;
   ModelPointer base_;
   std::shared_ptr<Shared> shared_;
-  ModelPointer model_;                               // of this world
+  ModelPointer model_;                               // of this instance
   std::unique_ptr<ModelValues<double>> own_values_;  // if the model is not the base model
-  World world_;
+  Instance instance_;
   std::array<double, kMaxMotors> control_{};
 };
 

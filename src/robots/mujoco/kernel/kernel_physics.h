@@ -33,7 +33,7 @@ using KernelChoice = simd::KernelChoice<Kernel>;
 /// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
 KernelChoice choose_kernel(const Kernels& kernels, const mjModel& model);
 
-/// @param model covered, or another world's of a covered base model
+/// @param model covered, or another instance's of a covered base model
 ModelValues<double> values_of(const mjModel& model);
 
 /// Selects the faster sincos for `sine_and_cosine_of` if it has the bits of sin and cos on 50,000
@@ -45,9 +45,9 @@ void choose_sine_and_cosine();
 bool is_as_library(const Kernel& kernel, const mjModel& model);
 
 /// Copies the state that steps pass on from the library's data; not the torques.
-void read_state(const mjModel& model, const mjData& data, World& world);
+void read_state(const mjModel& model, const mjData& data, Instance& instance);
 
 /// Whether this state equals the library's to the bit.
-bool has_state(const mjModel& model, const World& world, const mjData& data);
+bool has_state(const mjModel& model, const Instance& instance, const mjData& data);
 
 }  // namespace walker::mujoco::kernel

@@ -1,4 +1,4 @@
-// The exact line search of MuJoCo's solvers after its first Newton step, for one world
+// The exact line search of MuJoCo's solvers after its first Newton step, for one instance
 // (engine_solver.c of MuJoCo 2.2.2; see smooth.h).
 //
 // Along the search direction the cost is a convex, piecewise quadratic function of the step alpha:

@@ -1,5 +1,5 @@
 // MuJoCo's step with its fourth-order Runge-Kutta integrator (engine_forward.c of MuJoCo 2.2.2; see
-// smooth.h). A group has one world per lane of a vector.
+// smooth.h). A group has one instance per lane of a vector.
 //
 // The state is qpos q and qvel v; a(q, v) are the accelerations of mj_forward (`Forward`) under
 // constant force. With h = opt.timestep [s]:
@@ -20,7 +20,7 @@
 #include "robots/mujoco/kernel/kernel.h"
 #include "robots/mujoco/kernel/limb_contacts.h"
 #include "robots/mujoco/kernel/solver.h"
-#include "simd/workspace.h"
+#include "simd/lane_memory.h"
 
 namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
@@ -98,10 +98,10 @@ struct Work {
 template <int W, int Groups>
 Work<W, Groups>& new_work() {
   using Made = Work<W, Groups>;
-  static_assert(sizeof(Made) <= simd::Workspace::kLanesSize);
-  static_assert(alignof(Made) <= simd::Workspace::kAlignment);
+  static_assert(sizeof(Made) <= simd::LaneMemory::kLanesSize);
+  static_assert(alignof(Made) <= simd::LaneMemory::kAlignment);
   static_assert(std::is_trivially_destructible_v<Made>);
-  return *new (simd::workspace().lanes) Made;
+  return *new (simd::lane_memory().lanes) Made;
 }
 
 template <int W>
@@ -176,26 +176,26 @@ WALKER_SIM_INLINE inline void load(const ModelValues<double>& from, int lane,
   for (int i = 0; i < kCount; ++i) vectors[i].set(lane, numbers[i]);
 }
 
-/// Loads worlds into lanes; excess lanes repeat the last world.
+/// Loads instances into lanes; excess lanes repeat the last instance.
 template <int W>
-void load(World* const* worlds, int count, Group<W>& group) {
+void load(Instance* const* instances, int count, Group<W>& group) {
   group.flagged = Mask<W>::none();
   for (int lane = 0; lane < W; ++lane) {
-    const World& world = *worlds[lane < count ? lane : count - 1];
+    const Instance& instance = *instances[lane < count ? lane : count - 1];
     for (int i = 0; i < model::nv; ++i) {
-      group.qpos[i].set(lane, world.position[i]);
-      group.qvel[i].set(lane, world.velocity[i]);
-      group.warm_start[i].set(lane, world.warm_start[i]);
-      group.force[i].set(lane, i < kFirstLimited ? 0 : world.torque[i - kFirstLimited]);
+      group.qpos[i].set(lane, instance.position[i]);
+      group.qvel[i].set(lane, instance.velocity[i]);
+      group.warm_start[i].set(lane, instance.warm_start[i]);
+      group.force[i].set(lane, i < kFirstLimited ? 0 : instance.torque[i - kFirstLimited]);
     }
-    for (int i = 0; i < 2; ++i) group.force[i].set(lane, world.push[i]);
-    load(*world.values, lane, group.values);
+    for (int i = 0; i < 2; ++i) group.force[i].set(lane, instance.push[i]);
+    load(*instance.values, lane, group.values);
   }
 }
 
-/// Flags worlds with a zero: its sign is undefined in the kernel, but defined in the library.
+/// Flags instances with a zero: its sign is undefined in the kernel, but defined in the library.
 template <int W>
-void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds) {
+void store(Group<W>& group, const Rows<W>& rows, int count, Instance* const* instances) {
   Mask<W> flagged = group.flagged | is_bad(group.qpos) | is_bad(group.qvel);
   unrolled<model::nv>([&](auto i) WALKER_SIM_INLINE {
     flagged =
@@ -203,54 +203,54 @@ void store(Group<W>& group, const Rows<W>& rows, int count, World* const* worlds
   });
   const unsigned bits = to_bits(flagged);
   for (int lane = 0; lane < count; ++lane) {
-    World& world = *worlds[lane];
+    Instance& instance = *instances[lane];
     for (int i = 0; i < model::nv; ++i) {
-      world.position[i] = group.qpos[i][lane];
-      world.velocity[i] = group.qvel[i][lane];
-      world.warm_start[i] = group.warm_start[i][lane];
+      instance.position[i] = group.qpos[i][lane];
+      instance.velocity[i] = group.qvel[i][lane];
+      instance.warm_start[i] = group.warm_start[i][lane];
     }
-    world.pattern = pattern(rows, lane);
-    world.is_flagged = (bits >> lane & 1U) != 0;
+    instance.pattern = pattern(rows, lane);
+    instance.is_flagged = (bits >> lane & 1U) != 0;
   }
 }
 
 template <int W>
-void step_worlds(World* const* worlds, std::size_t count, int steps) {
+void step_instances(Instance* const* instances, std::size_t count, int steps) {
   constexpr std::size_t kMax = std::size_t{W} * kGroups;
   auto& [groups, forward] = new_work<W, kGroups>();
   while (count > 0) {
-    const int num_worlds = static_cast<int>(count < kMax ? count : kMax);
-    const int num_groups = (num_worlds + W - 1) / W;
-    const auto worlds_of = [&](int g) { return worlds + std::ptrdiff_t{g} * W; };
-    const auto size = [&](int g) { return g + 1 < num_groups ? W : num_worlds - g * W; };
-    for (int g = 0; g < num_groups; ++g) load(worlds_of(g), size(g), groups[g]);
+    const int num_instances = static_cast<int>(count < kMax ? count : kMax);
+    const int num_groups = (num_instances + W - 1) / W;
+    const auto instances_of = [&](int g) { return instances + std::ptrdiff_t{g} * W; };
+    const auto size = [&](int g) { return g + 1 < num_groups ? W : num_instances - g * W; };
+    for (int g = 0; g < num_groups; ++g) load(instances_of(g), size(g), groups[g]);
     for (int i = 0; i < steps; ++i) step_groups(num_groups, groups, forward);
     for (int g = 0; g < num_groups; ++g) {
-      store(groups[g], forward.rows(g), size(g), worlds_of(g));
+      store(groups[g], forward.rows(g), size(g), instances_of(g));
     }
-    worlds += num_worlds;
-    count -= static_cast<std::size_t>(num_worlds);
+    instances += num_instances;
+    count -= static_cast<std::size_t>(num_instances);
   }
 }
 
 /// mj_forward without torques and push.
-inline void start_world(World& world) {
-  World* const worlds[] = {&world};
+inline void start_instance(Instance& instance) {
+  Instance* const instances[] = {&instance};
   auto& [groups, forward] = new_work<1, 1>();
   Group<1>& group = groups[0];
-  world.warm_start = {};
-  world.torque = {};
-  world.push = {};
-  load(worlds, 1, group);
+  instance.warm_start = {};
+  instance.torque = {};
+  instance.push = {};
+  load(instances, 1, group);
   forward.run(1, &group.qpos, &group.qvel, &group);
   group.flagged = group.flagged | is_bad(group.warm_start);
-  store(group, forward.rows(0), 1, worlds);
+  store(group, forward.rows(0), 1, instances);
 }
 
-/// @tparam W worlds that the kernel solves together
+/// @tparam W instances that the kernel solves together
 template <int W>
 constexpr Kernel make_kernel(const char* instruction_set) {
-  return {instruction_set, W, step_worlds<W>, step_worlds<1>, start_world};
+  return {instruction_set, W, step_instances<W>, step_instances<1>, start_instance};
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

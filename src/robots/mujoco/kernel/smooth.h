@@ -3,9 +3,9 @@
 //
 //   M qacc_smooth = qfrc_smooth = -damping qvel - bias + force
 //
-// Inputs: qpos, qvel, force (of motors and push), the world's values. No state. Units: m, rad, kg,
-// s. Spatial vectors are about the robot's centre of mass (algebra.h). MuJoCo's functions mj_*, in
-// order, for a body b with parent p and a degree of freedom j with the axis e and the anchor o:
+// Inputs: qpos, qvel, force (of motors and push), the instance's values. No state. Units: m, rad,
+// kg, s. Spatial vectors are about the robot's centre of mass (algebra.h). MuJoCo's functions mj_*,
+// in order, for a body b with parent p and a degree of freedom j with the axis e and the anchor o:
 //
 //   kinematics   x_b = x_p + R_p pos_b,  q_b = q_p quat_b; a slide adds (qpos - qpos0) e to x_b, a
 //                hinge turns q_b by qpos - qpos0 about e and keeps the anchor in its place

@@ -42,15 +42,15 @@ class SweptVerticesTest : public testing::Test {
     body_->SynchronizeTransform();
   }
 
-  bool is_proven_apart(const b2Shape& terrain) {
+  bool is_proven_apart(const b2Shape& ground) {
     SweptVertices swept;
     swept.follow(*body_);
-    return swept.stay_apart_from(terrain);
+    return swept.stay_apart_from(ground);
   }
 
-  b2TOIOutput::State impact_with(const b2Shape& terrain) const {
+  b2TOIOutput::State impact_with(const b2Shape& ground) const {
     b2TOIInput input;
-    input.proxyA.Set(&terrain, 0);
+    input.proxyA.Set(&ground, 0);
     input.proxyB.Set(body_->GetFixtureList()->GetShape(), 0);
     input.sweepA = {{0, 0}, {0, 0}, {0, 0}, 0, 0, 0};
     input.sweepB = body_->m_sweep;
@@ -64,8 +64,8 @@ class SweptVerticesTest : public testing::Test {
     int apart = 0, proven = 0, touching = 0;
   };
 
-  /// Compares random terrain with a random sweep of the limb near it, `times` times.
-  /// @param position bound of the terrain's coordinates [m]
+  /// Compares random ground with a random sweep of the limb near it, `times` times.
+  /// @param position bound of the ground's coordinates [m]
   /// @param turns bound of the limb's angle before the sweep [rad]
   Count compare(int times, double position, double turns) {
     Count count;
@@ -75,15 +75,15 @@ class SweptVerticesTest : public testing::Test {
       edge.Set(origin, origin + b2Vec2(between(0.1, 0.5), between(-0.3, 0.3)));
       b2PolygonShape box;
       box.SetAsBox(between(0.1, 0.5), between(0.1, 0.5), origin, 0);
-      const b2Shape& terrain = i % 2 == 0 ? static_cast<const b2Shape&>(edge) : box;
+      const b2Shape& ground = i % 2 == 0 ? static_cast<const b2Shape&>(edge) : box;
       // Mostly close to touching: the limb is 0.2 m by 1 m.
       const b2Vec2 from = origin + b2Vec2(between(-1, 1.4), between(-1.2, 1.2));
       const float angle = between(-turns, turns);
       set_sweep(from, angle, from + b2Vec2(any_size(0.5), any_size(0.5)), angle + any_size(2));
-      const b2TOIOutput::State state = impact_with(terrain);
+      const b2TOIOutput::State state = impact_with(ground);
       count.touching += state == b2TOIOutput::e_touching ? 1 : 0;
       count.apart += state == b2TOIOutput::e_separated ? 1 : 0;
-      if (!is_proven_apart(terrain)) continue;
+      if (!is_proven_apart(ground)) continue;
       ++count.proven;
       EXPECT_EQ(state, b2TOIOutput::e_separated)
           << "terrain at " << origin.x << " " << origin.y << ", limb from " << from.x << " "

@@ -24,12 +24,12 @@ class World : public Twin {
   void load(World& other) {
     const std::vector<std::byte> state = other.save();
     StateReader reader(state.data(), state.size());
-    const auto restore = Physics::read_state(reader, other.terrain_);
+    const auto restore = Physics::read_state(reader, other.ground_);
     reader.finish();
-    if (other.terrain_.ground[50].y != terrain_.ground[50].y) {
-      terrain_ = other.terrain_;
+    if (other.ground_.points[50].y != ground_.points[50].y) {
+      ground_ = other.ground_;
       physics_.emplace();
-      physics_->build(terrain_, 0);
+      physics_->build(ground_, 0);
     }
     restore(*physics_);
     generator_ = other.generator_;

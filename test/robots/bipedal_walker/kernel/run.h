@@ -83,7 +83,7 @@ class World {
     WorldSettings world;
     if (options_.random_worlds && random_() % 2 != 0)
       world = settings_of(random_values(generator_));
-    const Terrain terrain = generate_terrain(generator_, options_.hardcore, world.level);
+    const Ground terrain = draw_ground(generator_, options_.hardcore, world.level);
     const double push = generator_.uniform(-world.initial_force, world.initial_force);
     for (std::optional<Physics>& side : sides_) {
       if (side && options_.reuse_world && !has_failed_) {
@@ -248,7 +248,7 @@ class Run {
 
   const std::vector<const Kernel*>& contestants_;
   std::vector<std::unique_ptr<World>> worlds_;
-  std::vector<WorldCall> calls_;
+  std::vector<PhysicsCall> calls_;
   std::vector<std::exception_ptr> failures_;
   std::vector<bool> differs_;
   Report report_;

@@ -83,7 +83,7 @@ TEST_P(CoverageTest, NamesEveryChangedField) {
 }
 
 /// With smaller buffers MuJoCo fails where the kernel would continue; the kernel check allocates
-/// the data of many worlds.
+/// the data of many instances.
 TEST_P(CoverageTest, LimitsBufferSizes) {
   const auto model = copy(GetParam() + "_v5.xml");
   for (int* const size : {&model->nconmax, &model->njmax, &model->nstack}) {

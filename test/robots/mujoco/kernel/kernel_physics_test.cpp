@@ -9,7 +9,7 @@
 
 #include "error_message.h"
 #include "kernel_variable.h"
-#include "robots/mujoco/course.h"
+#include "robots/mujoco/box_ground.h"
 #include "robots/mujoco/kernel/run.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"

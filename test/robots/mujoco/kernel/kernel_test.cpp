@@ -26,25 +26,27 @@ long steps_of_each() {
 }
 
 /// Maximum share of steps that a kernel may leave to the library; in walks and falls none, or few
-/// at the limits of a world's physics. The limbs of a hopper touch each other when it lies on the
-/// floor, and rarely after a violent start.
-double allowed_share(const TestedRobot& robot, const std::string& mode, Worlds worlds) {
+/// at the limits of an instance's physics. The limbs of a hopper touch each other when it lies on
+/// the floor, and rarely after a violent start.
+double allowed_share(const TestedRobot& robot, const std::string& mode, Instances instances) {
   if (mode == "wild") return 0.2;
   if (mode == "extreme" || mode == "rest" || mode == "tiny") return 1;
   if (mode == "endless" && robot.limbs_can_touch) return 0.1;
-  const bool may_be_few = worlds == Worlds::altered || (mode == "violent" && robot.limbs_can_touch);
+  const bool may_be_few =
+      instances == Instances::altered || (mode == "violent" && robot.limbs_can_touch);
   return may_be_few ? 0.002 : 0;
 }
 
-class KernelTest : public testing::TestWithParam<std::tuple<std::string, std::string, Worlds>> {};
+class KernelTest : public testing::TestWithParam<std::tuple<std::string, std::string, Instances>> {
+};
 
 TEST_P(KernelTest, HasTheLibrarysBits) {
-  const auto [file, mode, worlds] = GetParam();
+  const auto [file, mode, instances] = GetParam();
   const TestedRobot& robot = robot_of(file);
   const std::vector<Contestant> all = contestants(robot);
   ASSERT_FALSE(all.empty()) << "no kernel for this processor";
   const long steps = steps_of_each();
-  const Report report = run(all, file, mode, worlds, steps);
+  const Report report = run(all, file, mode, instances, steps);
   ASSERT_GE(report.steps, steps);
   std::cout << report.steps << " steps each, up to " << report.most_contacts << " contacts, "
             << report.warnings << " warnings, limbs touched each other in "
@@ -58,14 +60,15 @@ TEST_P(KernelTest, HasTheLibrarysBits) {
               << " left to the library\n";
     EXPECT_EQ(tally.different, 0) << all[i].name << ": " << tally.first_different;
     EXPECT_EQ(tally.missed, 0) << all[i].name;
-    EXPECT_LE(tally.flagged, allowed_share(robot, mode, worlds) * static_cast<double>(report.steps))
+    EXPECT_LE(tally.flagged,
+              allowed_share(robot, mode, instances) * static_cast<double>(report.steps))
         << all[i].name;
   }
 }
 
 std::string name_of(const testing::TestParamInfo<KernelTest::ParamType>& info) {
   const std::string file = std::get<0>(info.param);
-  const bool is_plain = std::get<2>(info.param) == Worlds::plain;
+  const bool is_plain = std::get<2>(info.param) == Instances::plain;
   return file.substr(0, file.find('.')) + "_" + std::get<1>(info.param) +
          (is_plain ? "" : "_altered");
 }
@@ -74,44 +77,44 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
                          testing::Combine(testing::Values("hopper_v4.xml", "hopper_v5.xml",
                                                           "walker2d_v4.xml", "walker2d_v5.xml"),
                                           testing::ValuesIn(modes()),
-                                          testing::Values(Worlds::plain)),
+                                          testing::Values(Instances::plain)),
                          name_of);
-INSTANTIATE_TEST_SUITE_P(Worlds, KernelTest,
+INSTANTIATE_TEST_SUITE_P(Instances, KernelTest,
                          testing::Combine(testing::Values("hopper_v5.xml", "walker2d_v5.xml"),
                                           testing::ValuesIn(modes()),
-                                          testing::Values(Worlds::altered)),
+                                          testing::Values(Instances::altered)),
                          name_of);
 
 TEST(KernelControlTest, DetectsMinimalErrors) {
   for (const auto& [kernel, steps] : {std::pair(&kernel_with_folded_pow, 5000),  //
                                       std::pair(&kernel_with_fused_add, 1000)}) {
     const Report report =
-        run({{"", kernel, kernel->step}}, "walker2d_v5.xml", "random", Worlds::plain, steps);
+        run({{"", kernel, kernel->step}}, "walker2d_v5.xml", "random", Instances::plain, steps);
     EXPECT_GT(report.tallies[0].different, 0) << kernel->instruction_set;
   }
 }
 
 class KernelGroupTest : public testing::TestWithParam<const char*> {
  protected:
-  std::vector<World> draw(const Kernel& kernel, std::size_t count) {
+  std::vector<Instance> draw(const Kernel& kernel, std::size_t count) {
     std::uniform_real_distribution<double> unit(-1, 1);
-    std::vector<World> worlds(count);
-    for (World& world : worlds) {
-      for (double& value : world.position) value = 0.5 * unit(random_);
-      for (double& value : world.velocity) value = 5 * unit(random_);
-      world.position[1] += 1.1;
-      world.values = &values_[random_() % values_.size()];
-      kernel.start(world);
-      for (double& value : world.torque) value = 100 * unit(random_);
-      for (double& value : world.push) value = random_() % 2 == 0 ? 1000 * unit(random_) : 0;
+    std::vector<Instance> instances(count);
+    for (Instance& instance : instances) {
+      for (double& value : instance.position) value = 0.5 * unit(random_);
+      for (double& value : instance.velocity) value = 5 * unit(random_);
+      instance.position[1] += 1.1;
+      instance.values = &values_[random_() % values_.size()];
+      kernel.start(instance);
+      for (double& value : instance.torque) value = 100 * unit(random_);
+      for (double& value : instance.push) value = random_() % 2 == 0 ? 1000 * unit(random_) : 0;
     }
-    return worlds;
+    return instances;
   }
 
-  static void expect_same(const World& one, const World& other) {
+  static void expect_same(const Instance& one, const Instance& other) {
     EXPECT_EQ(one.is_flagged, other.is_flagged);
     EXPECT_EQ(one.pattern, other.pattern);
-    for (const auto part : {&World::position, &World::velocity, &World::warm_start}) {
+    for (const auto part : {&Instance::position, &Instance::velocity, &Instance::warm_start}) {
       for (std::size_t i = 0; i < kMaxCoordinates; ++i) {
         EXPECT_EQ(to_bits((one.*part)[i]), to_bits((other.*part)[i]));
       }
@@ -122,36 +125,36 @@ class KernelGroupTest : public testing::TestWithParam<const char*> {
   std::vector<ModelValues<double>> values_ = several_values();
 
  private:
-  /// Values of both models, and of worlds.
+  /// Values of both models, and of instances.
   static std::vector<ModelValues<double>> several_values() {
     std::vector<ModelValues<double>> all;
     for (const char* version : {"_v4.xml", "_v5.xml"}) {
       WorldModels models(load_model(GetParam() + std::string(version)));
-      for (const WorldValues& world : std::vector<WorldValues>{
+      for (const WorldValues& instance : std::vector<WorldValues>{
                {}, {{"gravity", -2}, {"joint_damping", 1}}, {{"mass_scale", 3}}}) {
-        all.push_back(values_of(*models.model_of(physics_of(world))));
+        all.push_back(values_of(*models.model_of(physics_of(instance))));
       }
     }
     return all;
   }
 };
 
-/// Groups mix models and worlds.
+/// Groups mix models and instances.
 TEST_P(KernelGroupTest, ResultsAreIndependentOfTheGroup) {
   for (const Kernel* kernel : robot_of(GetParam()).kernels.usable) {
     for (std::size_t count = 1; count <= 40; ++count) {
       SCOPED_TRACE(kernel->instruction_set + (" of " + std::to_string(count)));
-      std::vector<World> together = draw(*kernel, count);
-      std::vector<World> apart = together;
-      std::vector<World*> pointers(count);
+      std::vector<Instance> together = draw(*kernel, count);
+      std::vector<Instance> apart = together;
+      std::vector<Instance*> pointers(count);
       std::transform(together.begin(), together.end(), pointers.begin(),
-                     [](World& world) { return &world; });
+                     [](Instance& instance) { return &instance; });
       std::shuffle(pointers.begin(), pointers.end(), random_);
       kernel->step(pointers.data(), count, 3);
       for (std::size_t i = 0; i < count; ++i) {
-        World* const world = &apart[i];
-        kernel->step_singly(&world, 1, 3);
-        expect_same(*world, together[i]);
+        Instance* const instance = &apart[i];
+        kernel->step_singly(&instance, 1, 3);
+        expect_same(*instance, together[i]);
       }
       if (HasFailure()) return;
     }

@@ -19,7 +19,7 @@
 namespace walker::mujoco::kernel {
 namespace {
 
-constexpr std::size_t kWorlds = 61;  // prime, so that the last vector is never full
+constexpr std::size_t kInstances = 61;  // prime, so that the last vector is never full
 constexpr int kFrames = 4;
 
 using Random = std::mt19937_64;
@@ -30,7 +30,7 @@ double uniform(Random& random, double low, double high) {
 
 struct Mode {
   std::function<void(const mjModel&, Random&, mjData&)> begin;
-  std::function<void(const mjModel&, Random&, std::size_t world, mjData&)> drive;
+  std::function<void(const mjModel&, Random&, std::size_t instance, mjData&)> drive;
   std::function<bool(const TestedRobot&, Random&, const mjData&)> ends;
 };
 
@@ -65,26 +65,26 @@ void begin_anywhere(const mjModel& model, Random& random, double largest_power, 
   }
 }
 
-void drive_randomly(const mjModel& model, Random& random, std::size_t /*world*/, mjData& data) {
+void drive_randomly(const mjModel& model, Random& random, std::size_t /*instance*/, mjData& data) {
   std::generate_n(data.ctrl, model.nu, [&] { return uniform(random, -1, 1); });
 }
 
-void drive_hard(const mjModel& model, Random& random, std::size_t /*world*/, mjData& data) {
+void drive_hard(const mjModel& model, Random& random, std::size_t /*instance*/, mjData& data) {
   std::generate_n(data.ctrl, model.nu, [&] {
     const double sign = random() % 2 == 0 ? 1.5 : -1.5;
     return random() % 3 == 0 ? sign * uniform(random, -1, 1) : sign;
   });
 }
 
-void drive_symmetrically(const mjModel& model, Random& random, std::size_t world, mjData& data) {
+void drive_symmetrically(const mjModel& model, Random& random, std::size_t instance, mjData& data) {
   for (int motor = 0; motor < 3; ++motor) {
-    const double control = world % 2 == 0 ? static_cast<double>(random() % 3) - 1 : 0;
+    const double control = instance % 2 == 0 ? static_cast<double>(random() % 3) - 1 : 0;
     for (int leg = 0; leg < model.nu; leg += 3) data.ctrl[leg + motor] = control;
   }
 }
 
-/// Adds some noise, because otherwise all worlds would walk alike.
-void drive_by_gait(const mjModel& model, Random& random, std::size_t /*world*/, mjData& data) {
+/// Adds some noise, because otherwise all instances would walk alike.
+void drive_by_gait(const mjModel& model, Random& random, std::size_t /*instance*/, mjData& data) {
   static std::map<int, std::unique_ptr<Agent>> gaits;  // by number of motors
   std::unique_ptr<Agent>& gait = gaits[model.nu];
   if (!gait) {
@@ -134,7 +134,7 @@ const std::map<std::string, Mode>& all_modes() {
   return kModes;
 }
 
-/// Draws a world with some of the parameters; half of their values are limits.
+/// Draws an instance with some of the parameters; half of their values are limits.
 WorldValues draw_world(const TestedRobot& robot, Random& random) {
   WorldValues values;
   for (const WorldParameter& parameter : find_registration(robot.name + "-v5").world_parameters) {
@@ -156,29 +156,29 @@ bool has_warned(const mjData& data) {
 
 struct Side {
   explicit Side(Contestant who) : contestant(std::move(who)) {
-    for (World& world : worlds) pointers.push_back(&world);
+    for (Instance& instance : instances) pointers.push_back(&instance);
   }
 
   Contestant contestant;
-  std::vector<World> worlds = std::vector<World>(kWorlds);
-  std::vector<World*> pointers;
+  std::vector<Instance> instances = std::vector<Instance>(kInstances);
+  std::vector<Instance*> pointers;
   Tally tally;
 };
 
 class Run {
  public:
   Run(const std::vector<Contestant>& all, const std::string& xml_file, const Mode& mode,
-      Worlds worlds)
+      Instances instances)
       : robot_(robot_of(xml_file)),
         models_(load_model(xml_file)),
-        model_of_(kWorlds, models_.base()),
-        values_of_(kWorlds, values_of(*models_.base())),
+        model_of_(kInstances, models_.base()),
+        values_of_(kInstances, values_of(*models_.base())),
         mode_(mode),
-        worlds_(worlds) {
+        worlds_(instances) {
     for (const Contestant& contestant : all) {
       sides_.push_back(std::make_unique<Side>(contestant));
     }
-    for (std::size_t i = 0; i < kWorlds; ++i) {
+    for (std::size_t i = 0; i < kInstances; ++i) {
       data_.push_back(make_data(*models_.base()));
       begin(i);
     }
@@ -186,12 +186,12 @@ class Run {
 
   Report run(long steps) {
     while (report_.steps < steps) {
-      for (std::size_t i = 0; i < kWorlds; ++i) drive(i);
+      for (std::size_t i = 0; i < kInstances; ++i) drive(i);
       for (const auto& side : sides_) {
-        side->contestant.step(side->pointers.data(), kWorlds, kFrames);
+        side->contestant.step(side->pointers.data(), kInstances, kFrames);
       }
-      for (std::size_t i = 0; i < kWorlds; ++i) step(i);
-      report_.steps += kWorlds;
+      for (std::size_t i = 0; i < kInstances; ++i) step(i);
+      report_.steps += kInstances;
     }
     for (const auto& side : sides_) report_.tallies.push_back(side->tally);
     return report_;
@@ -200,16 +200,16 @@ class Run {
  private:
   void begin(std::size_t i) {
     mjData& data = *data_[i];
-    if (worlds_ == Worlds::altered) {
+    if (worlds_ == Instances::altered) {
       model_of_[i] = models_.model_of(physics_of(draw_world(robot_, random_)));
       values_of_[i] = values_of(*model_of_[i]);
     }
     mj_resetData(model_of_[i].get(), &data);
     mode_.begin(*model_of_[i], random_, data);
     for (const auto& side : sides_) {
-      read_state(*model_of_[i], data, side->worlds[i]);
-      side->worlds[i].values = &values_of_[i];
-      side->contestant.kernel->start(side->worlds[i]);
+      read_state(*model_of_[i], data, side->instances[i]);
+      side->instances[i].values = &values_of_[i];
+      side->contestant.kernel->start(side->instances[i]);
     }
     mj_forward(model_of_[i].get(), &data);
     compare("start", i);
@@ -218,14 +218,14 @@ class Run {
   void drive(std::size_t i) {
     mjData& data = *data_[i];
     mode_.drive(*model_of_[i], random_, i, data);
-    const bool has_push = worlds_ == Worlds::altered && random_() % 4 == 0;
+    const bool has_push = worlds_ == Instances::altered && random_() % 4 == 0;
     for (int k = 0; k < 2; ++k) data.qfrc_applied[k] = has_push ? uniform(random_, -2e4, 2e4) : 0;
     for (const auto& side : sides_) {
-      World& world = side->worlds[i];
-      std::copy_n(data.qfrc_applied, 2, world.push.begin());
+      Instance& instance = side->instances[i];
+      std::copy_n(data.qfrc_applied, 2, instance.push.begin());
       for (int motor = 0; motor < model_of_[i]->nu; ++motor) {
         const double gear = at(model_of_[i]->actuator_gear, motor, 6)[0];
-        world.torque[motor] = gear * std::clamp(data.ctrl[motor], -1.0, 1.0);
+        instance.torque[motor] = gear * std::clamp(data.ctrl[motor], -1.0, 1.0);
       }
     }
   }
@@ -252,38 +252,39 @@ class Run {
   void compare(const char* what, std::size_t i) {
     const mjData& data = *data_[i];
     for (const auto& side : sides_) {
-      World& world = side->worlds[i];
+      Instance& instance = side->instances[i];
       Tally& tally = side->tally;
-      if (world.is_flagged) {
+      if (instance.is_flagged) {
         ++tally.flagged;
       } else if (has_warned(data)) {
         ++tally.missed;
-      } else if (!has_state(*model_of_[i], world, data)) {
-        if (tally.different++ == 0) tally.first_different = describe(what, world, data);
+      } else if (!has_state(*model_of_[i], instance, data)) {
+        if (tally.different++ == 0) tally.first_different = describe(what, instance, data);
       } else {
         continue;
       }
-      read_state(*model_of_[i], data, world);
+      read_state(*model_of_[i], data, instance);
     }
   }
 
-  std::string describe(const char* what, const World& world, const mjData& data) const {
+  std::string describe(const char* what, const Instance& instance, const mjData& data) const {
     std::ostringstream text;
     text << what << " after " << report_.steps << ", " << data.ncon << " contacts, " << data.nefc
          << " rows:" << std::hexfloat;
     for (int k = 0; k < models_.base()->nv; ++k) {
-      text << "\n  " << world.position[k] << " " << data.qpos[k] << "  " << world.velocity[k] << " "
-           << data.qvel[k] << "  " << world.warm_start[k] << " " << data.qacc_warmstart[k];
+      text << "\n  " << instance.position[k] << " " << data.qpos[k] << "  " << instance.velocity[k]
+           << " " << data.qvel[k] << "  " << instance.warm_start[k] << " "
+           << data.qacc_warmstart[k];
     }
     return text.str();
   }
 
   const TestedRobot& robot_;
   WorldModels models_;
-  std::vector<ModelPointer> model_of_;          // per world
-  std::vector<ModelValues<double>> values_of_;  // per world
+  std::vector<ModelPointer> model_of_;          // per instance
+  std::vector<ModelValues<double>> values_of_;  // per instance
   const Mode& mode_;
-  Worlds worlds_;
+  Instances worlds_;
   Random random_{11};
   std::vector<std::unique_ptr<Side>> sides_;
   std::vector<DataPointer> data_;
@@ -307,7 +308,7 @@ std::vector<Contestant> contestants(const TestedRobot& robot) {
   for (const Kernel* kernel : robot.kernels.usable) {
     const std::string name = kernel->instruction_set;
     all.push_back({name, kernel, kernel->step});
-    all.push_back({name + ", one world at a time", kernel, kernel->step_singly});
+    all.push_back({name + ", one instance at a time", kernel, kernel->step_singly});
   }
   return all;
 }
@@ -322,8 +323,8 @@ const std::vector<std::string>& modes() {
 }
 
 Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
-           const std::string& mode, Worlds worlds, long steps) {
-  return Run(contestants, xml_file, all_modes().at(mode), worlds).run(steps);
+           const std::string& mode, Instances instances, long steps) {
+  return Run(contestants, xml_file, all_modes().at(mode), instances).run(steps);
 }
 
 }  // namespace walker::mujoco::kernel

@@ -1,4 +1,4 @@
-// Compares kernels with MuJoCo's library, world by world and step by step.
+// Compares kernels with MuJoCo's library, instance by instance and step by step.
 #pragma once
 
 #include <string>
@@ -28,7 +28,7 @@ const TestedRobot& robot_of(const std::string& xml_file);
 struct Contestant {
   std::string name;
   const Kernel* kernel;
-  StepWorlds step;
+  StepInstances step;
 };
 
 /// Returns two contestants per supported kernel: with all of its lanes, and with one.
@@ -60,16 +60,16 @@ struct Report {
   std::vector<Tally> tallies;
 };
 
-/// Physics of the worlds in a run.
-enum class Worlds {
+/// Physics of the instances in a run.
+enum class Instances {
   plain,    ///< the model's
   altered,  ///< drawn at each start, some at the parameters' limits; pushes in some steps
 };
 
-/// Steps 61 worlds by the library and by each contestant, four engine steps at a time, until each
-/// has made `steps` steps in total. A world that is flagged or differs continues from the library's
-/// state.
+/// Steps 61 instances by the library and by each contestant, four engine steps at a time, until
+/// each has made `steps` steps in total. An instance that is flagged or differs continues from the
+/// library's state.
 Report run(const std::vector<Contestant>& contestants, const std::string& xml_file,
-           const std::string& mode, Worlds worlds, long steps);
+           const std::string& mode, Instances instances, long steps);
 
 }  // namespace walker::mujoco::kernel

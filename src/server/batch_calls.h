@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "ros/throttle.h"
 #include "server/parameter_reader.h"
 #include "server/topics/statistics.h"
@@ -29,7 +29,7 @@ using MakeEnvironment = std::function<std::unique_ptr<Environment>()>;
 Pool make_pool(const ServerOptions& options, const MakeEnvironment& make);
 
 /// @throws std::logic_error if there are several, naming `service` and what to call instead
-Episode& single_episode(Pool& pool, const char* service);
+Walker& single_walker(Pool& pool, const char* service);
 
 /// @throws std::invalid_argument naming `field` if the index is out of range
 void check_environment(const Pool& pool, const std::string& field, std::uint32_t index);
@@ -63,7 +63,7 @@ class BatchCalls {
 
  private:
   const EpisodeState& state_of(std::uint32_t environment) const {
-    return pool_.episode(environment).state();
+    return pool_.walker(environment).state();
   }
   const std::vector<std::uint32_t>& list_of(const std::vector<std::uint32_t>& environments) const;
   void check_list(const std::vector<std::uint32_t>& listed) const;

@@ -1,4 +1,4 @@
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 #include <algorithm>
 #include <array>
@@ -50,7 +50,7 @@ const char* EpisodeState::end_reason_detail() const {
   return colon == std::string::npos ? "" : &end_reason[colon + 2];
 }
 
-Episode::Episode(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {
+Walker::Walker(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {
   state_.action.reserve(specification().action_size());
   state_.observation.resize(specification().observation_size());
   state_.info.resize(specification().info_names.size());
@@ -59,7 +59,7 @@ Episode::Episode(std::unique_ptr<Robot> robot) : robot_(std::move(robot)) {
   step_.info = state_.info.data();
 }
 
-void Episode::configure(const EpisodeOptions& options) {
+void Walker::configure(const WalkerOptions& options) {
   options_ = options;
   if (!options.records_actions) return;
   const std::size_t steps = std::min(specification().max_episode_steps, kMaxRecordedSteps);
@@ -67,19 +67,19 @@ void Episode::configure(const EpisodeOptions& options) {
   checksums_.reserve(steps + 1);
 }
 
-void Episode::reset(std::optional<std::uint64_t> seed) {
+void Walker::reset(std::optional<std::uint64_t> seed) {
   take_seed(seed);
   begin_episode(seed);
 }
 
-void Episode::take_seed(std::optional<std::uint64_t>& seed) {
+void Walker::take_seed(std::optional<std::uint64_t>& seed) {
   if (!seed && !state_.has_begun()) seed = options_.first_seed;
   if (seed) generator_.emplace(*seed);
 }
 
 /// @param recorded values of the world, which the episode's own does not draw; null: it does
-void Episode::begin_episode(std::optional<std::uint64_t> seed,
-                            const std::shared_ptr<const WorldValues>& recorded) {
+void Walker::begin_episode(std::optional<std::uint64_t> seed,
+                           const std::shared_ptr<const WorldValues>& recorded) {
   if (!prepare_reset(seed, recorded)) return;
   RobotStep* const reset = &step_;
   robot_->step_group(&reset, 1);
@@ -87,8 +87,8 @@ void Episode::begin_episode(std::optional<std::uint64_t> seed,
 }
 
 /// @return whether there are a generator and a world; if not, the reset has failed and is concluded
-bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
-                            const std::shared_ptr<const WorldValues>& recorded) {
+bool Walker::prepare_reset(std::optional<std::uint64_t> seed,
+                           const std::shared_ptr<const WorldValues>& recorded) {
   ++state_.episode;
   state_.step = 0;
   state_.action.clear();
@@ -121,30 +121,31 @@ bool Episode::prepare_reset(std::optional<std::uint64_t> seed,
 
 /// Applies the values of the episode that begins.
 /// @param values null: as the world draws them; empty: Gymnasium's world
-void Episode::prepare_world(std::shared_ptr<const WorldValues> values) {
+void Walker::prepare_world(std::shared_ptr<const WorldValues> values) {
   if (!values && world_) {
     values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
   }
   if (values && values->empty()) values = nullptr;
   // This may throw, so it comes first: nothing else has changed then.
   robot_->set_world(values ? *values : WorldValues{});
-  effects_.reset();
+  disturbances_.reset();
   step_.push = {};
   state_.world = values;
-  if (values && Effects::has_any(*values)) {
-    effects_ = std::make_unique<Effects>(*values, specification(), state_.generator_state);
+  if (values && Disturbances::has_any(*values)) {
+    disturbances_ =
+        std::make_unique<Disturbances>(*values, specification(), state_.generator_state);
   }
 }
 
-void Episode::observe() {
-  if (effects_) {
-    effects_->observe(*robot_, state_.step, state_.observation.data());
+void Walker::observe() {
+  if (disturbances_) {
+    disturbances_->observe(*robot_, state_.step, state_.observation.data());
   } else {
     robot_->observe(state_.observation.data());
   }
 }
 
-void Episode::conclude_reset() {
+void Walker::conclude_reset() {
   step_.generator = nullptr;
   if (step_.failure) {
     // The outcome must not depend on the episode before.
@@ -156,7 +157,7 @@ void Episode::conclude_reset() {
   if (options_.records_actions) record_checksum();
 }
 
-void Episode::step(const double* action, std::size_t size) {
+void Walker::step(const double* action, std::size_t size) {
   const std::string refusal = state_.step_refusal();
   if (!refusal.empty()) throw ResetNeeded("step: " + refusal + "; reset first");
   check_action(specification(), action, size);
@@ -169,7 +170,7 @@ void Episode::step(const double* action, std::size_t size) {
   conclude();
 }
 
-void Episode::push(const LinkWrench& wrench) {
+void Walker::push(const LinkWrench& wrench) {
   const std::string refusal = state_.step_refusal();
   if (!refusal.empty()) throw ResetNeeded("push: " + refusal + "; reset first");
   check_wrench(wrench, specification());
@@ -182,7 +183,7 @@ void Episode::push(const LinkWrench& wrench) {
   wrenches.erase(std::remove_if(wrenches.begin(), wrenches.end(), is_on_link), wrenches.end());
 }
 
-void Episode::add_wrench(const LinkWrench& wrench) {
+void Walker::add_wrench(const LinkWrench& wrench) {
   std::vector<LinkWrench>& wrenches = step_.wrenches;
   const auto place =
       std::lower_bound(wrenches.begin(), wrenches.end(), wrench,
@@ -198,7 +199,7 @@ void Episode::add_wrench(const LinkWrench& wrench) {
   wrenches.insert(place, wrench);
 }
 
-bool Episode::can_step_together(const Episode& other) const {
+bool Walker::can_step_together(const Walker& other) const {
   const Specification& a = specification();
   const Specification& b = other.specification();
   const Robot& robot = *robot_;
@@ -208,42 +209,42 @@ bool Episode::can_step_together(const Episode& other) const {
          a.info_names == b.info_names;
 }
 
-std::size_t Episode::group_size() const {
+std::size_t Walker::group_size() const {
   return std::clamp<std::size_t>(robot_->group_size(), 1, kMaxGroupSize);
 }
 
-void Episode::step_group(const GroupStep* steps, std::size_t count) noexcept {
+void Walker::step_group(const GroupStep* steps, std::size_t count) noexcept {
   if (count == 0) return;
   std::array<RobotStep*, kMaxGroupSize> robot_steps;
-  std::array<Episode*, kMaxGroupSize> episodes;
+  std::array<Walker*, kMaxGroupSize> walkers;
   std::size_t num_robots = 0;
   for (const GroupStep* step = steps; step != steps + count; ++step) {
-    Episode& episode = *step->episode;
+    Walker& walker = *step->walker;
     if (step->action != nullptr) {
-      episode.prepare(step->action);
+      walker.prepare(step->action);
     } else {
       std::optional<std::uint64_t> seed = step->seed;
-      episode.take_seed(seed);
-      if (!episode.prepare_reset(seed)) continue;
+      walker.take_seed(seed);
+      if (!walker.prepare_reset(seed)) continue;
     }
-    robot_steps[num_robots] = &episode.step_;
-    episodes[num_robots++] = &episode;
+    robot_steps[num_robots] = &walker.step_;
+    walkers[num_robots++] = &walker;
   }
-  if (num_robots != 0) steps[0].episode->robot_->step_group(robot_steps.data(), num_robots);
+  if (num_robots != 0) steps[0].walker->robot_->step_group(robot_steps.data(), num_robots);
   for (std::size_t i = 0; i < num_robots; ++i) {
-    if (episodes[i]->step_.generator != nullptr) {
-      episodes[i]->conclude_reset();
+    if (walkers[i]->step_.generator != nullptr) {
+      walkers[i]->conclude_reset();
     } else {
-      episodes[i]->conclude();
+      walkers[i]->conclude();
     }
   }
 }
 
-void Episode::prepare(const double* action) {
+void Walker::prepare(const double* action) {
   const std::size_t size = specification().action_size();
   state_.action.assign(action, action + size);
   step_.action = action;
-  if (effects_) effects_->begin_step(action, state_.step + 1, step_);
+  if (disturbances_) disturbances_->begin_step(action, state_.step + 1, step_);
   step_.terminated = false;
   step_.end_reason = "";
   if (options_.records_actions && !was_loaded_ && state_.step < kMaxRecordedSteps) {
@@ -256,7 +257,7 @@ void Episode::prepare(const double* action) {
   }
 }
 
-void Episode::conclude() {
+void Walker::conclude() {
   ++state_.step;
   step_.wrenches.clear();
   forget_sensors();
@@ -268,7 +269,7 @@ void Episode::conclude() {
   if (!actions_.empty()) record_checksum();
 }
 
-void Episode::take_outcome() {
+void Walker::take_outcome() {
   observe();
   state_.reward = step_.reward;
   state_.episode_return += step_.reward;
@@ -282,13 +283,13 @@ void Episode::take_outcome() {
   }
 }
 
-void Episode::end(const char* reason) {
+void Walker::end(const char* reason) {
   state_.end_reason.assign(state_.terminated ? "terminated: " : "truncated: ");
   state_.end_reason.append(reason);
 }
 
 /// Ends the episode with reward 0 and NaN info; the observation is unchanged.
-void Episode::fail(const char* reason, const std::exception_ptr& thrown) {
+void Walker::fail(const char* reason, const std::exception_ptr& thrown) {
   std::fill(state_.info.begin(), state_.info.end(), std::numeric_limits<double>::quiet_NaN());
   state_.reward = 0;
   state_.terminated = true;
@@ -297,7 +298,7 @@ void Episode::fail(const char* reason, const std::exception_ptr& thrown) {
   end(reason);
 }
 
-const Sensors& Episode::sensors() {
+const Sensors& Walker::sensors() {
   if (!sensors_are_fresh_) {
     require_state("sense");
     robot_->sense(sensors_);
@@ -306,30 +307,30 @@ const Sensors& Episode::sensors() {
   return sensors_;
 }
 
-const Sensors& Episode::measurements() {
-  if (!effects_) {
+const Sensors& Walker::measurements() {
+  if (!disturbances_) {
     measured_step_ = state_.step;
     return sensors();
   }
   if (!measurements_are_fresh_) {
     require_state("sense");
-    measured_step_ = effects_->measure(*robot_, measurements_);
+    measured_step_ = disturbances_->measure(*robot_, measurements_);
     measurements_are_fresh_ = true;
   }
   return measurements_;
 }
 
-void Episode::forget_sensors() {
+void Walker::forget_sensors() {
   sensors_are_fresh_ = false;
   measurements_are_fresh_ = false;
 }
 
-const Scene& Episode::scene() {
+const Scene& Walker::scene() {
   scene(scene_);
   return scene_;
 }
 
-void Episode::take_over(Episode& other) {
+void Walker::take_over(Walker& other) {
   other.state_.episode = other.state_.has_begun() ? state_.episode + 1 : 0;
   other.state_.environment = state_.environment;
   std::swap(robot_, other.robot_);
@@ -340,27 +341,25 @@ void Episode::take_over(Episode& other) {
   std::swap(pushes_, other.pushes_);
   std::swap(checksums_, other.checksums_);
   std::swap(was_loaded_, other.was_loaded_);
-  std::swap(effects_, other.effects_);
+  std::swap(disturbances_, other.disturbances_);
   forget_sensors();
   other.forget_sensors();
 }
 
-void Episode::set_world(const World& world) {
-  world_ = CheckedWorld::share(specification(), world);
-}
+void Walker::set_world(const World& world) { world_ = CheckedWorld::share(specification(), world); }
 
-void Episode::reset(std::optional<std::uint64_t> seed, Result& result) {
+void Walker::reset(std::optional<std::uint64_t> seed, Result& result) {
   reset(seed);
   if (state_.failed_at_reset()) throw std::runtime_error(state_.error);
   copy_to(result);
 }
 
-void Episode::step(const double* action, std::size_t size, Result& result) {
+void Walker::step(const double* action, std::size_t size, Result& result) {
   step(action, size);
   copy_to(result);
 }
 
-void Episode::copy_to(Result& result) const {
+void Walker::copy_to(Result& result) const {
   std::copy(state_.observation.begin(), state_.observation.end(), result.observation);
   std::copy(state_.info.begin(), state_.info.end(), result.info);
   result.reward = state_.reward;
@@ -370,19 +369,19 @@ void Episode::copy_to(Result& result) const {
   result.error = state_.error.c_str();
 }
 
-void Episode::sense(Sensors& sensors) { sensors = measurements(); }
+void Walker::sense(Sensors& sensors) { sensors = measurements(); }
 
-void Episode::scene(Scene& scene) const {
+void Walker::scene(Scene& scene) const {
   require_state("scene");
   robot_->scene(scene);
 }
 
-void Episode::require_state(const char* call) const {
+void Walker::require_state(const char* call) const {
   if (state_.has_begun() && state_.error.empty()) return;
   throw ResetNeeded(std::string(call) + ": " + state_.step_refusal() + "; reset first");
 }
 
-void Episode::capture(StateCapture& captured) {
+void Walker::capture(StateCapture& captured) {
   require_state("render");
   robot_->sense(captured.sensors);
   robot_->scene(captured.scene);
@@ -390,15 +389,15 @@ void Episode::capture(StateCapture& captured) {
 }
 
 void capture(Environment& environment, std::uint32_t step, StateCapture& captured) {
-  episode_of(environment).capture(captured);
+  walker_of(environment).capture(captured);
   captured.step = step;
 }
 
-void Episode::set_coordinates(const std::vector<double>& position,
-                              const std::vector<double>& velocity) {
+void Walker::set_coordinates(const std::vector<double>& position,
+                             const std::vector<double>& velocity) {
   require_state("set_state");
   robot_->set_coordinates(position, velocity, state_.info.data());
-  if (effects_) effects_->forget_past();
+  if (disturbances_) disturbances_->forget_past();
   observe();
   state_.reward = 0;
   state_.terminated = false;
@@ -410,29 +409,29 @@ void Episode::set_coordinates(const std::vector<double>& position,
   forget_sensors();
 }
 
-void Episode::set_coordinates(const std::vector<double>& position,
-                              const std::vector<double>& velocity, Result& result) {
+void Walker::set_coordinates(const std::vector<double>& position,
+                             const std::vector<double>& velocity, Result& result) {
   set_coordinates(position, velocity);
   copy_to(result);
 }
 
-std::optional<bool> Episode::is_healthy() const {
+std::optional<bool> Walker::is_healthy() const {
   const std::optional<bool> is_healthy = robot_->is_healthy();
   if (is_healthy) require_state("is_healthy");
   return is_healthy;
 }
 
-GeneratorState Episode::generator_state() const {
+GeneratorState Walker::generator_state() const {
   return generator_ ? generator_->state() : GeneratorState{};
 }
 
-std::unique_ptr<Episode> make_episode(const std::string& id, const Parameters& given) {
+std::unique_ptr<Walker> make_walker(const std::string& id, const Parameters& given) {
   const Parameters complete = complete_parameters(parameter_descriptions(id), given);
-  return std::make_unique<Episode>(find_registration(id).create(id, complete));
+  return std::make_unique<Walker>(find_registration(id).create(id, complete));
 }
 
 std::unique_ptr<Environment> make(const std::string& id, const Parameters& given) {
-  return make_episode(id, given);
+  return make_walker(id, given);
 }
 
 }  // namespace walker

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "robots/robot.h"
 
 namespace walker {
@@ -32,12 +32,12 @@ class BareRobot : public Robot {
   Specification specification_;
 };
 
-/// A walker of two joints, whose episodes and failures the test controls. The observation is the
+/// A robot of two joints, whose episodes and failures the test controls. The observation is the
 /// episode's number and its steps, the reward the action's sum. The info is the seed below 100 that
 /// the generator began with; -1 for none and after a step.
-class FakeWalker : public BareRobot {
+class FakeRobot : public BareRobot {
  public:
-  explicit FakeWalker(std::uint32_t max_episode_steps = 0) {
+  explicit FakeRobot(std::uint32_t max_episode_steps = 0) {
     specification_.id = "Fake-v0";
     specification_.max_episode_steps = max_episode_steps;
     specification_.observation_low = {0, 0};
@@ -87,17 +87,17 @@ class FakeWalker : public BareRobot {
   }
 };
 
-/// Makes walkers for a pool, as the registry does, and keeps pointers to them.
-template <typename Walker = FakeWalker>
+/// Makes walkers for a pool, as the registry does, and keeps pointers to their robots.
+template <typename Fake = FakeRobot>
 struct Fakes {
   std::unique_ptr<Environment> operator()() {
-    auto walker = std::make_unique<Walker>();
-    all->push_back(walker.get());
-    return std::make_unique<Episode>(std::move(walker));
+    auto robot = std::make_unique<Fake>();
+    all->push_back(robot.get());
+    return std::make_unique<Walker>(std::move(robot));
   }
-  Walker& operator[](std::size_t index) const { return *(*all)[index]; }
+  Fake& operator[](std::size_t index) const { return *(*all)[index]; }
 
-  std::shared_ptr<std::vector<Walker*>> all = std::make_shared<std::vector<Walker*>>();
+  std::shared_ptr<std::vector<Fake*>> all = std::make_shared<std::vector<Fake*>>();
 };
 
 }  // namespace walker

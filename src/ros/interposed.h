@@ -6,7 +6,7 @@
 namespace walker {
 
 /// Returns a sentence for the log: where this node listens, and which variable determines that. A
-/// call also makes the linker include library_fixes.cpp: the package itself calls none of the
+/// call also makes the linker include interposed.cpp: the package itself calls none of the
 /// replaced functions.
 std::string listening_addresses();
 

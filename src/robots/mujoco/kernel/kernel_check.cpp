@@ -35,36 +35,37 @@ bool is_sincos_the_same() {
   return true;
 }
 
-/// Steps the same worlds with the kernel and with the library.
+/// Steps the same instances with the kernel and with the library.
 class KernelCheck {
  public:
   KernelCheck(const Kernel& kernel, const mjModel& model)
       : kernel_(kernel), model_(model), values_(values_of(model)) {
-    for (int i = 0; i < kWorlds; ++i) begin(static_cast<double>(i) / kWorlds);
+    for (int i = 0; i < kInstances; ++i) begin(static_cast<double>(i) / kInstances);
   }
 
   void step() {
-    std::vector<World> together;
+    std::vector<Instance> together;
     together.reserve(data_.size());
     for (const DataPointer& each : data_) {
       std::generate_n(each->ctrl, model_.nu, [this] { return generator_.uniform(-1, 1); });
-      World& world = together.emplace_back();
-      world.values = &values_;
-      read_state(model_, *each, world);
+      Instance& instance = together.emplace_back();
+      instance.values = &values_;
+      read_state(model_, *each, instance);
       for (int i = 0; i < model_.nu; ++i) {
-        world.torque[i] = at(model_.actuator_gear, i, 6)[0] * each->ctrl[i];
+        instance.torque[i] = at(model_.actuator_gear, i, 6)[0] * each->ctrl[i];
       }
     }
-    std::vector<World> singly = together;
-    std::vector<World*> worlds(together.size());
-    std::transform(together.begin(), together.end(), worlds.begin(), [](World& w) { return &w; });
-    kernel_.step(worlds.data(), worlds.size(), 1);
+    std::vector<Instance> singly = together;
+    std::vector<Instance*> instances(together.size());
+    std::transform(together.begin(), together.end(), instances.begin(),
+                   [](Instance& w) { return &w; });
+    kernel_.step(instances.data(), instances.size(), 1);
     for (std::size_t i = 0; i < data_.size(); ++i) {
-      World* const world = &singly[i];
-      kernel_.step_singly(&world, 1, 1);
+      Instance* const instance = &singly[i];
+      kernel_.step_singly(&instance, 1, 1);
       mj_step(&model_, data_[i].get());
       compare(together[i], *data_[i]);
-      compare(*world, *data_[i]);
+      compare(*instance, *data_[i]);
     }
   }
 
@@ -72,12 +73,13 @@ class KernelCheck {
   bool has_passed() const { return num_different_ == 0 && num_equal_ > 10 * num_flagged_; }
 
  private:
-  static constexpr int kWorlds = 19;  // leaves the last group of lanes incomplete
+  static constexpr int kInstances = 19;  // leaves the last group of lanes incomplete
 
-  /// Adds a world. With the wildness the state goes from standing to extreme, also below the floor.
+  /// Adds an instance. With the wildness the state goes from standing to extreme, also below the
+  /// floor.
   void begin(double wildness) {
-    World world;
-    world.values = &values_;
+    Instance instance;
+    instance.values = &values_;
     data_.push_back(make_data(model_));
     mjData& data = *data_.back();
     for (int i = 0; i < model_.nq; ++i) {
@@ -85,15 +87,15 @@ class KernelCheck {
       data.qvel[i] = 10 * wildness * generator_.uniform(-1, 1);
     }
     data.qpos[1] = 1.25 + wildness * generator_.uniform(-1.25, 0);
-    read_state(model_, data, world);
+    read_state(model_, data, instance);
     mj_forward(&model_, &data);
-    kernel_.start(world);
-    compare(world, data);
+    kernel_.start(instance);
+    compare(instance, data);
   }
 
-  void compare(const World& world, const mjData& data) {
-    int& count = has_state(model_, world, data) ? num_equal_ : num_different_;
-    ++(world.is_flagged ? num_flagged_ : count);
+  void compare(const Instance& instance, const mjData& data) {
+    int& count = has_state(model_, instance, data) ? num_equal_ : num_different_;
+    ++(instance.is_flagged ? num_flagged_ : count);
   }
 
   const Kernel& kernel_;
@@ -142,21 +144,21 @@ void choose_sine_and_cosine() {
   }();
 }
 
-void read_state(const mjModel& model, const mjData& data, World& world) {
-  std::copy_n(data.qpos, model.nq, world.position.begin());
-  std::copy_n(data.qvel, model.nv, world.velocity.begin());
-  std::copy_n(data.qacc_warmstart, model.nv, world.warm_start.begin());
+void read_state(const mjModel& model, const mjData& data, Instance& instance) {
+  std::copy_n(data.qpos, model.nq, instance.position.begin());
+  std::copy_n(data.qvel, model.nv, instance.velocity.begin());
+  std::copy_n(data.qacc_warmstart, model.nv, instance.warm_start.begin());
 }
 
-bool has_state(const mjModel& model, const World& world, const mjData& data) {
-  const auto is_equal = [](const mjtNum* numbers, const World::Coordinates& coordinates,
+bool has_state(const mjModel& model, const Instance& instance, const mjData& data) {
+  const auto is_equal = [](const mjtNum* numbers, const Instance::Coordinates& coordinates,
                            int count) {
     return std::equal(numbers, numbers + count, coordinates.begin(),
                       [](double a, double b) { return to_bits(a) == to_bits(b); });
   };
-  return is_equal(data.qpos, world.position, model.nq) &&
-         is_equal(data.qvel, world.velocity, model.nv) &&
-         is_equal(data.qacc_warmstart, world.warm_start, model.nv);
+  return is_equal(data.qpos, instance.position, model.nq) &&
+         is_equal(data.qvel, instance.velocity, model.nv) &&
+         is_equal(data.qacc_warmstart, instance.warm_start, model.nv);
 }
 
 bool is_as_library(const Kernel& kernel, const mjModel& model) {

@@ -1,4 +1,4 @@
-// The doubles that a reset draws, in the order of bipedal_walker_reference.terrain.
+// The doubles that a reset draws, in the order of bipedal_walker_reference.ground.
 #pragma once
 
 #include <vector>
@@ -12,15 +12,15 @@ namespace walker::bipedal_walker {
 /// push.
 inline std::vector<double> terrain_numbers(bool hardcore, std::uint64_t seed) {
   Generator generator(seed);
-  const Terrain terrain = generate_terrain(generator, hardcore);
+  const Ground ground = draw_ground(generator, hardcore);
   const Clouds clouds = generate_clouds(generator);
   std::vector<double> numbers;
   const auto add = [&numbers](const auto& points) {
     for (const Point& point : points) numbers.insert(numbers.end(), {point.x, point.y});
   };
-  add(terrain.ground);
-  numbers.push_back(static_cast<double>(terrain.obstacles.size()));
-  for (const auto& obstacle : terrain.obstacles) add(obstacle);
+  add(ground.points);
+  numbers.push_back(static_cast<double>(ground.obstacles.size()));
+  for (const auto& obstacle : ground.obstacles) add(obstacle);
   for (const Cloud& cloud : clouds) add(cloud);
   numbers.push_back(generator.uniform(-kInitialPush, kInitialPush));
   return numbers;

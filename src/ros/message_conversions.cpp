@@ -1,4 +1,4 @@
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -5,9 +5,9 @@
 
 namespace walker::simd {
 
-/// Both parts are used at the same time: one for a group of worlds, the other for the lanes in
+/// Both parts are used at the same time: one for a group of instances, the other for the lanes in
 /// which a kernel solves them. Their contents are undefined between calls.
-struct Workspace {
+struct LaneMemory {
   static constexpr std::size_t kAlignment = 64;
   static constexpr std::size_t kGroupSize = std::size_t{512} << 10U;
   static constexpr std::size_t kLanesSize = std::size_t{256} << 10U;
@@ -16,8 +16,8 @@ struct Workspace {
   alignas(kAlignment) std::byte lanes[kLanesSize];
 };
 
-/// The calling thread's workspace, allocated by its first call and freed when it ends.
+/// The calling thread's memory, allocated by its first call and freed when it ends.
 /// @throws std::bad_alloc
-Workspace& workspace();
+LaneMemory& lane_memory();
 
 }  // namespace walker::simd

@@ -1,6 +1,6 @@
 // Batch calls without a master: what they show, count, report and refuse, and whose worlds are
 // whose. pool_test.cpp has the rows, promises_test.py the bits.
-#include "server/environments.h"
+#include "server/batch_calls.h"
 
 #include <gtest/gtest.h>
 
@@ -11,9 +11,9 @@
 
 #include "allocation_counter.h"
 #include "bits.h"
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "error_message.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "saved_states.h"
 #include "walker_sim/registry.h"
 
@@ -91,9 +91,9 @@ TEST(BatchCalls, ShowTheSensorsOfAnEnvironmentAlone) {
   for (const char* id : {"BipedalWalker-v3", "Walker2d-v5"}) {
     SCOPED_TRACE(id);
     BatchServer server(maker(id, 60), AutoresetMode::same_step);
-    Episode& shown = server.pool.episode(kShown);
+    Walker& shown = server.pool.walker(kShown);
     const std::unique_ptr<Environment> made = maker(id, 60)();
-    Episode& alone = episode_of(*made);
+    Walker& alone = walker_of(*made);
     const auto expect_same = [&] {
       EXPECT_EQ(shown.state().step, alone.state().step);
       EXPECT_EQ(to_bits(look_at(shown)), to_bits(look_at(alone)));
@@ -120,20 +120,20 @@ TEST(BatchCalls, ShowTheSensorsOfAnEnvironmentAlone) {
 }
 
 TEST(BatchCalls, FirstResetsHaveTheServersSeedPlusTheIndex) {
-  Fakes<FakeWalker> fakes;
+  Fakes<FakeRobot> fakes;
   BatchServer server(fakes, AutoresetMode::next_step, {}, kSize, ~std::uint64_t{0});
   ResetBatch::Response begun;
   server.calls.reset({}, begun);
   EXPECT_EQ(begun.info, (Values{-1, 0, 1}));  // the fake walker knows seeds below 100
 }
 
-struct BoundedWalker : FakeWalker {
-  BoundedWalker() { specification_.action_high = {1, 1}; }
+struct BoundedRobot : FakeRobot {
+  BoundedRobot() { specification_.action_high = {1, 1}; }
 };
 
 class FakeBatch : public testing::TestWithParam<AutoresetMode> {
  protected:
-  Fakes<BoundedWalker> fakes_;
+  Fakes<BoundedRobot> fakes_;
   BatchServer server_{fakes_, GetParam()};
   const Values still_ = Values(std::size_t{2} * kSize);
 };
@@ -233,11 +233,11 @@ class BatchWorlds : public testing::TestWithParam<const char*> {
   Values expected(const World& world) const {
     const auto alone = make(GetParam());
     alone->set_world(world);
-    episode_of(*alone).reset(kSeed);
-    return episode_of(*alone).state().observation;
+    walker_of(*alone).reset(kSeed);
+    return walker_of(*alone).state().observation;
   }
   void expect_observation(BatchServer& server, std::uint32_t environment, const World& world) {
-    EXPECT_EQ(to_bits(server.pool.episode(environment).state().observation),
+    EXPECT_EQ(to_bits(server.pool.walker(environment).state().observation),
               to_bits(expected(world)))
         << "environment " << environment;
   }
@@ -248,7 +248,7 @@ TEST_P(BatchWorlds, ServersOwnHoldsForAll) {
   const auto response = server.reset();
   EXPECT_EQ(reported(response), (Indices{0, 1, 2}));
   for (std::uint32_t i = 0; i < kSize; ++i) {
-    const WorldValues& drawn = *server.pool.episode(i).state().world;
+    const WorldValues& drawn = *server.pool.walker(i).state().world;
     EXPECT_EQ(to_values(response.worlds[i].parameters), drawn);
     EXPECT_GT(drawn.at("gravity"), -12);
     EXPECT_LT(drawn.at("gravity"), -8);
@@ -318,8 +318,8 @@ TEST_P(BatchWorlds, RefusalChangesNothing) {
               text);
   }
   for (std::uint32_t i = 0; i < kSize; ++i) {
-    EXPECT_EQ(server.pool.episode(i).world(), kGravity);
-    EXPECT_EQ(server.pool.episode(i).state().episode, 1U);
+    EXPECT_EQ(server.pool.walker(i).world(), kGravity);
+    EXPECT_EQ(server.pool.walker(i).state().episode, 1U);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "ros/library_fixes.h"
+#include "ros/interposed.h"
 
 #include <netinet/in.h>
 #include <sys/socket.h>

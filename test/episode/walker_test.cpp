@@ -1,4 +1,4 @@
-#include "episode/episode.h"
+#include "episode/walker.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "base/engine_release.h"
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
 #include "error_message.h"
 #include "walker_sim/registry.h"
 
@@ -24,9 +24,9 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 class EpisodeTest : public testing::Test {
  protected:
   void make(std::uint32_t limit) {
-    auto fake = std::make_unique<FakeWalker>(limit);
+    auto fake = std::make_unique<FakeRobot>(limit);
     fake_ = fake.get();
-    episode_ = std::make_unique<Episode>(std::move(fake));
+    episode_ = std::make_unique<Walker>(std::move(fake));
   }
 
   void SetUp() override {
@@ -54,8 +54,8 @@ class EpisodeTest : public testing::Test {
     EXPECT_EQ(fake_->num_senses, 0);
   }
 
-  FakeWalker* fake_ = nullptr;
-  std::unique_ptr<Episode> episode_;
+  FakeRobot* fake_ = nullptr;
+  std::unique_ptr<Walker> episode_;
   std::array<double, 2> observation_{};
   std::array<double, 1> info_{1};
   Result result_;
@@ -160,7 +160,7 @@ TEST_F(EpisodeTest, ContinuesFromAGivenGeneratorState) {
 }
 
 TEST(EpisodeInAWorld, ObservesFromTheStateThatIsSet) {
-  const auto episode = make_episode("Walker2d-v5");
+  const auto episode = make_walker("Walker2d-v5");
   episode->set_world(World{{"observation_delay", {0.024, 0.024}}});
   episode->reset(1);
   const std::vector<double> action(6, 0.1);

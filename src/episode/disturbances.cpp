@@ -1,4 +1,4 @@
-#include "episode/effects.h"
+#include "episode/disturbances.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace walker {
 namespace {
 
-/// Names of the parameters that `Effects` reads.
+/// Names of the parameters that `Disturbances` reads.
 constexpr std::array<const char*, 12> kNames{
     "push_interval",          "push_impulse",          "action_delay",
     "action_noise",           "observation_delay",     "dropout",
@@ -99,8 +99,8 @@ WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
   return values;
 }
 
-Effects::Effects(const WorldValues& values, const Specification& specification,
-                 const GeneratorState& episode)
+Disturbances::Disturbances(const WorldValues& values, const Specification& specification,
+                           const GeneratorState& episode)
     : action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
       observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification.dt)),
       ranges_are_optional_(specification.range_finder.is_optional),
@@ -132,12 +132,12 @@ Effects::Effects(const WorldValues& values, const Specification& specification,
   noise_.ranges.resize(specification.range_finder.num_rays);
 }
 
-bool Effects::has_any(const WorldValues& values) {
+bool Disturbances::has_any(const WorldValues& values) {
   return std::any_of(kNames.begin(), kNames.end(),
                      [&values](const char* name) { return values.count(name) != 0; });
 }
 
-void Effects::begin_step(const double* action, std::uint32_t step, RobotStep& robot_step) {
+void Disturbances::begin_step(const double* action, std::uint32_t step, RobotStep& robot_step) {
   const std::size_t size = action_.size();
   actions_.emplace_back(action, action + size);
   action_.swap(actions_.front());
@@ -154,7 +154,7 @@ void Effects::begin_step(const double* action, std::uint32_t step, RobotStep& ro
   robot_step.push = {push_impulse_ * std::cos(direction), push_impulse_ * std::sin(direction)};
 }
 
-void Effects::observe(Robot& robot, std::uint32_t step, double* observation) {
+void Disturbances::observe(Robot& robot, std::uint32_t step, double* observation) {
   step_ = step;
   if (has_noise_) {
     draw_noise();
@@ -182,7 +182,7 @@ void Effects::observe(Robot& robot, std::uint32_t step, double* observation) {
 /// Draws as many numbers whichever deviations are 0, so that each error depends on its own only.
 /// Optional ranges have a generator for each step, derived from that of the other errors: these are
 /// the same with and without the ranges.
-void Effects::draw_noise() {
+void Disturbances::draw_noise() {
   const std::size_t joints = noise_.joint_position.size();
   const std::size_t rays = noise_.ranges.size();
   normals_.resize(2 * joints + 4 + (ranges_are_optional_ ? 0 : rays));
@@ -206,7 +206,7 @@ void Effects::draw_noise() {
 }
 
 /// Keeps what is observed now, and all that a later step may observe.
-void Effects::remember_sensors(Robot& robot) {
+void Disturbances::remember_sensors(Robot& robot) {
   measured_.push_back({step_, {}});
   sense(robot, measured_.back().sensors);
   const std::uint32_t oldest = step_ > observation_delay_ ? step_ - observation_delay_ : 0;
@@ -215,12 +215,12 @@ void Effects::remember_sensors(Robot& robot) {
   }
 }
 
-void Effects::sense(Robot& robot, Sensors& sensors) const {
+void Disturbances::sense(Robot& robot, Sensors& sensors) const {
   robot.sense(sensors);
   if (has_noise_) add(noise_, sensors);
 }
 
-std::uint32_t Effects::measure(Robot& robot, Sensors& sensors) {
+std::uint32_t Disturbances::measure(Robot& robot, Sensors& sensors) {
   if (!is_delayed()) {
     sense(robot, sensors);
     return step_;
@@ -230,12 +230,12 @@ std::uint32_t Effects::measure(Robot& robot, Sensors& sensors) {
   return measured_.front().step;
 }
 
-void Effects::forget_past() {
+void Disturbances::forget_past() {
   observations_.clear();
   measured_.clear();
 }
 
-void Effects::save(StateWriter& writer) const {
+void Disturbances::save(StateWriter& writer) const {
   for (const Generator* generator : {&push_generator_, &action_generator_, &sensing_generator_}) {
     write(*generator, writer);
   }
@@ -246,7 +246,7 @@ void Effects::save(StateWriter& writer) const {
   write(observations_, writer);
 }
 
-void Effects::load(StateReader& reader) {
+void Disturbances::load(StateReader& reader) {
   for (Generator* generator : {&push_generator_, &action_generator_, &sensing_generator_}) {
     *generator = read_generator(reader);
   }

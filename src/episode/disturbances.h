@@ -42,7 +42,7 @@ class WALKER_SIM_EXPORT CheckedWorld {
   double dt_;
 };
 
-/// The effects of one episode. Its generators derive from the episode's as the values' do.
+/// The disturbances of one episode. Their generators derive from the episode's as the values' do.
 ///
 /// Step k, from 1, has a time of k dt. Delays d and the period of pushes are whole steps, d =
 /// round(seconds / dt). n is a standard normal number, drawn anew for each use:
@@ -59,11 +59,11 @@ class WALKER_SIM_EXPORT CheckedWorld {
 /// Inputs: actions, the robot's measurements. State: three generators, the actions and observations
 /// in transit, the last delivered observation. The model is this package's own; docs/worlds.md has
 /// the parameters.
-class Effects {
+class Disturbances {
  public:
   /// @param values of a world that the environment can apply
-  Effects(const WorldValues& values, const Specification& specification,
-          const GeneratorState& episode);
+  Disturbances(const WorldValues& values, const Specification& specification,
+               const GeneratorState& episode);
 
   /// Whether any of the values is for this class.
   static bool has_any(const WorldValues& values);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode.h"
+#include "episode/walker.h"
 #include "walker_sim/EpisodeRecord.h"
 #include "walker_sim/World.h"
 #include "walker_sim/WorldParameter.h"

@@ -1,4 +1,4 @@
-#include "robots/mujoco/course.h"
+#include "robots/mujoco/box_ground.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace walker::mujoco {
 namespace {
 
-constexpr double kStart = kTerrainStartPad * kColumn / 2;  // robot's place on the course [m]
+constexpr double kStart = kTerrainStartPad * kColumn / 2;  // robot's place on the ground [m]
 constexpr double kFar = 1e4;  // length of the level ground at both ends [m]
 
 /// A thick tilted box beside a pit would reach through the pit's wall, which is a column wide.
@@ -26,7 +26,7 @@ double height_at(const Point& from, const Point& to, double x) {
 }
 
 /// @param side -1: the left edge, 1: the right one
-Point upper_edge(const CourseBox& box, int side) {
+Point upper_edge(const GroundBox& box, int side) {
   const auto [along, up] = box.direction;
   const double right = side * box.half_size[0];
   const double above = box.half_size[1];
@@ -45,7 +45,7 @@ double sine_of_ridge(const std::array<double, 2>& before, const std::array<doubl
 
 std::optional<Level> level_of(const WorldValues& values) {
   if (values.empty()) return std::nullopt;
-  const Level level = walker::level_of(values, kCourseSize, 0);
+  const Level level = walker::level_of(values, kGroundSize, 0);
   const bool is_flat = level.ground_roughness == 0 && !level.has_obstacles();
   return is_flat ? std::nullopt : std::optional<Level>(level);
 }
@@ -69,7 +69,7 @@ std::vector<WorldParameter> level_parameters() {
 }
 
 void check_level(const World& world) {
-  walker::check_level(world, kCourseSize, false, "");
+  walker::check_level(world, kGroundSize, false, "");
   const auto range = world.find("lidar_range");
   if (range == world.end() || range->second.high <= kSensing) return;
   const std::vector<WorldParameter> levels = level_parameters();
@@ -81,42 +81,42 @@ void check_level(const World& world) {
   }
 }
 
-Course::Course(Generator& generator, const Level& level)
-    : terrain_(generate_terrain(generator, kCourseSize, false, level)) {
-  for (Point& point : terrain_.ground) point = moved(point);
-  for (auto& corners : terrain_.obstacles) {
+BoxGround::BoxGround(Generator& generator, const Level& level)
+    : ground_(draw_ground(generator, kGroundSize, false, level)) {
+  for (Point& point : ground_.points) point = moved(point);
+  for (auto& corners : ground_.obstacles) {
     for (Point& point : corners) point = moved(point);
   }
-  for (Obstacle& obstacle : terrain_.of_level) {
+  for (Obstacle& obstacle : ground_.of_level) {
     obstacle.left -= kStart;
     obstacle.right -= kStart;
   }
   cut_last_obstacle();
-  std::vector<Point>& ground = terrain_.ground;
+  std::vector<Point>& ground = ground_.points;
   ground.insert(ground.begin(), {ground.front().x - kFar, ground.front().y});
   ground.push_back({ground.back().x + kFar, ground.back().y});
   add_ground();
-  for (const Obstacle& obstacle : terrain_.of_level) add_obstacle(obstacle);
+  for (const Obstacle& obstacle : ground_.of_level) add_obstacle(obstacle);
   std::stable_sort(boxes_.begin(), boxes_.end(),
-                   [](const CourseBox& a, const CourseBox& b) { return a.left < b.left; });
+                   [](const GroundBox& a, const GroundBox& b) { return a.left < b.left; });
   find_internal_edges();
   std::stable_sort(surfaces_.begin(), surfaces_.end(),
                    [](const Surface& a, const Surface& b) { return a.from.x < b.from.x; });
 }
 
 /// The generator ends after its last column, also in a pit.
-void Course::cut_last_obstacle() {
-  if (terrain_.of_level.empty()) return;
-  const Obstacle last = terrain_.of_level.back();
-  if (last.right <= terrain_.ground.back().x) return;
-  terrain_.of_level.pop_back();
-  terrain_.obstacles.resize(last.first_box);
-  while (terrain_.ground.back().x > last.left + kTolerance) terrain_.ground.pop_back();
+void BoxGround::cut_last_obstacle() {
+  if (ground_.of_level.empty()) return;
+  const Obstacle last = ground_.of_level.back();
+  if (last.right <= ground_.points.back().x) return;
+  ground_.of_level.pop_back();
+  ground_.obstacles.resize(last.first_box);
+  while (ground_.points.back().x > last.left + kTolerance) ground_.points.pop_back();
 }
 
 /// Adds a box for every slope, and one for each stretch that is level.
-void Course::add_ground() {
-  const std::vector<Point>& ground = terrain_.ground;
+void BoxGround::add_ground() {
+  const std::vector<Point>& ground = ground_.points;
   for (std::size_t i = 0; i + 1 < ground.size();) {
     const Place place = place_of(ground[i], ground[i + 1]);
     std::size_t end = i + 1;
@@ -132,11 +132,11 @@ void Course::add_ground() {
   }
 }
 
-Course::Place Course::place_of(const Point& from, const Point& to) const {
+BoxGround::Place BoxGround::place_of(const Point& from, const Point& to) const {
   const auto behind =
-      std::upper_bound(terrain_.of_level.begin(), terrain_.of_level.end(), from.x + kTolerance,
+      std::upper_bound(ground_.of_level.begin(), ground_.of_level.end(), from.x + kTolerance,
                        [](double x, const Obstacle& obstacle) { return x < obstacle.left; });
-  if (behind == terrain_.of_level.begin()) return Place::open;
+  if (behind == ground_.of_level.begin()) return Place::open;
   const Obstacle& obstacle = behind[-1];
   if (to.x > obstacle.right + kTolerance || obstacle.kind == ObstacleKind::stump) {
     return Place::open;
@@ -147,9 +147,9 @@ Course::Place Course::place_of(const Point& from, const Point& to) const {
   return is_below_gap ? Place::pit : Place::hidden;
 }
 
-void Course::add_obstacle(const Obstacle& obstacle) {
+void BoxGround::add_obstacle(const Obstacle& obstacle) {
   for (std::size_t i = 0; i < obstacle.num_boxes; ++i) {
-    const std::array<Point, 4>& corners = terrain_.obstacles[obstacle.first_box + i];
+    const std::array<Point, 4>& corners = ground_.obstacles[obstacle.first_box + i];
     const Point& left_bottom = corners[0];
     const Point& left = corners[3];
     const Point& right = corners[2];
@@ -168,11 +168,11 @@ void Course::add_obstacle(const Obstacle& obstacle) {
 }
 
 /// Adds a box below the line between the two points.
-void Course::add_box(const Point& from, const Point& to, double thickness) {
+void BoxGround::add_box(const Point& from, const Point& to, double thickness) {
   const double length =
       std::sqrt((to.x - from.x) * (to.x - from.x) + (to.y - from.y) * (to.y - from.y));
   if (length == 0) return;
-  CourseBox box;
+  GroundBox box;
   box.direction = {(to.x - from.x) / length, (to.y - from.y) / length};
   const auto [along, up] = box.direction;
   box.half_size = {length / 2, thickness / 2};
@@ -186,16 +186,16 @@ void Course::add_box(const Point& from, const Point& to, double thickness) {
 }
 
 /// Limits the tilts of contacts at the upper edges at which two boxes meet.
-void Course::find_internal_edges() {
+void BoxGround::find_internal_edges() {
   struct Edge {
     Point point;
-    CourseBox* box;
+    GroundBox* box;
   };
   std::vector<Edge> right_edges;
-  for (CourseBox& box : boxes_) right_edges.push_back({upper_edge(box, 1), &box});
+  for (GroundBox& box : boxes_) right_edges.push_back({upper_edge(box, 1), &box});
   std::stable_sort(right_edges.begin(), right_edges.end(),
                    [](const Edge& a, const Edge& b) { return a.point.x < b.point.x; });
-  for (CourseBox& box : boxes_) {
+  for (GroundBox& box : boxes_) {
     const Point point = upper_edge(box, -1);
     for (auto edge = std::lower_bound(right_edges.begin(), right_edges.end(), point.x - kTolerance,
                                       [](const Edge&each, double x) { return each.point.x < x; });
@@ -208,7 +208,7 @@ void Course::find_internal_edges() {
   }
 }
 
-GroundBelow Course::below(double x) const {
+GroundBelow BoxGround::below(double x) const {
   constexpr std::ptrdiff_t kOverlapping = 3;
   const auto end =
       std::upper_bound(surfaces_.begin() + 1, surfaces_.end(), x,
@@ -230,7 +230,7 @@ GroundBelow Course::below(double x) const {
   return below;
 }
 
-void Course::describe(double x, double z, Scene& scene) const {
+void BoxGround::describe(double x, double z, Scene& scene) const {
   constexpr std::array<Color, 2> kSurface{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
   constexpr Color kEarth{0.46, 0.50, 0.50, 1};
   constexpr Color kObstacle{0.93, 0.86, 0.72, 1};
@@ -238,7 +238,7 @@ void Course::describe(double x, double z, Scene& scene) const {
   constexpr double kShown = 20;            // length of the level ground at both ends, in tiles [m]
   constexpr double kTile = 2.5 * kColumn;  // of level ground [m]
   scene = {};
-  const std::vector<Point>& ground = terrain_.ground;
+  const std::vector<Point>& ground = ground_.points;
   const auto by_height = [](const Point& a, const Point& b) { return a.y < b.y; };
   const double lowest = std::min_element(ground.begin(), ground.end(), by_height)->y;
   const double bottom = z + lowest - kDepth;
@@ -271,7 +271,7 @@ void Course::describe(double x, double z, Scene& scene) const {
   }
   add_tiles(last, {last.x + kShown, last.y});
   add({last.x + kShown, last.y}, ground.back(), 0);
-  for (const auto& corners : terrain_.obstacles) {
+  for (const auto& corners : ground_.obstacles) {
     ScenePolygon polygon{{}, kObstacle};
     for (const Point& point : corners) polygon.points.push_back({x + point.x, z + point.y});
     scene.obstacles.push_back(polygon);

@@ -1,4 +1,4 @@
-// Episodes, shared by all environments: the logic on top of a robot, state and record.
+// A walker: one robot and its episodes, their states and records. All environments share it.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@
 
 #include "base/limits.h"
 #include "base/random.h"
-#include "episode/effects.h"
+#include "episode/disturbances.h"
 #include "episode/saved_state.h"
 #include "robots/robot.h"
 #include "walker_sim/environment.h"
@@ -96,31 +96,31 @@ WALKER_SIM_EXPORT void check_repeatable(const EpisodeRecord& record,
 /// @throws std::invalid_argument naming the link, or the component that is too large or not finite
 void check_wrench(const LinkWrench& wrench, const Specification& specification);
 
-struct EpisodeOptions {
+struct WalkerOptions {
   std::optional<std::uint64_t> first_seed;  ///< used if the first reset has no seed
   bool records_actions = false;             ///< required by `record` and `repeat`
 };
 
-/// The state machine of an episode: phase, step count, time limit, error, last outcome, generator
-/// and, optionally, the actions. Calls the robot only in phases that allow it.
+/// One robot and its episodes, one after the other: phase, step count, time limit, error, last
+/// outcome, generator and, optionally, the actions. Calls the robot only in phases that allow it.
 ///
 /// The time limit sets `truncated` on step `max_episode_steps` (0: never), also if that step
 /// terminates. If the engine fails at a step, the episode ends: `terminated` with `error`, reward
 /// 0, NaN info, unchanged observation. If it fails at a reset, the episode has ended before its
 /// first step, with a zero observation. After either, only a reset is allowed.
 ///
-/// Cache-line aligned, so that episodes stepped by different threads share no cache line.
-class WALKER_SIM_EXPORT Episode final : public Environment {
+/// Cache-line aligned, so that walkers stepped by different threads share no cache line.
+class WALKER_SIM_EXPORT Walker final : public Environment {
  public:
-  explicit Episode(std::unique_ptr<Robot> robot);
+  explicit Walker(std::unique_ptr<Robot> robot);
 
   // Configuration, before the first reset.
 
-  void configure(const EpisodeOptions& options);
+  void configure(const WalkerOptions& options);
   /// @param index within its pool
   void set_index(std::uint32_t index) { state_.environment = index; }
 
-  /// Sets the world of the resets to come. Episodes may share one. Null: Gymnasium's.
+  /// Sets the world of the resets to come. Walkers may share one. Null: Gymnasium's.
   /// @param world checked for this specification
   void set_world(std::shared_ptr<const CheckedWorld> world) { world_ = std::move(world); }
 
@@ -141,18 +141,18 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   void push(const LinkWrench& wrench);
 
   /// Whether both may be in one `step_group`: same robot type, id, parameters and sizes.
-  bool can_step_together(const Episode& other) const;
+  bool can_step_together(const Walker& other) const;
   std::size_t group_size() const;
 
   /// One member of `step_group`. The caller has checked the action and that a step is allowed.
   struct GroupStep {
-    Episode* episode;
+    Walker* walker;
     const double* action;                              ///< null: a reset
     std::optional<std::uint64_t> seed = std::nullopt;  ///< of the reset
   };
 
-  /// Steps or resets several episodes, each as `step` or `reset` does, but without checks.
-  /// @param steps at most kMaxGroupSize distinct episodes that are pairwise `can_step_together`
+  /// Steps or resets several walkers, each as `step` or `reset` does, but without checks.
+  /// @param steps at most kMaxGroupSize distinct walkers that are pairwise `can_step_together`
   static void step_group(const GroupStep* steps, std::size_t count) noexcept;
 
   /// As the override below. The episode can then no longer be recorded.
@@ -166,9 +166,13 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// The step at which `measurements()` were made.
   std::uint32_t measured_step() const { return measured_step_; }
   /// How long the world delays observations [steps].
-  std::uint32_t observation_delay() const { return effects_ ? effects_->observation_delay() : 0; }
+  std::uint32_t observation_delay() const {
+    return disturbances_ ? disturbances_->observation_delay() : 0;
+  }
   /// The step at which the present observation was measured.
-  std::uint32_t observed_step() const { return effects_ ? effects_->observed_step() : state_.step; }
+  std::uint32_t observed_step() const {
+    return disturbances_ ? disturbances_->observed_step() : state_.step;
+  }
   /// Surroundings in the current episode. @throws ResetNeeded
   const Scene& scene();
   /// Copies both for a renderer. @throws ResetNeeded
@@ -188,11 +192,11 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   /// @throws std::invalid_argument naming the first step that fails or whose checksum differs
   bool repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until);
   /// Swaps the two episodes. Here the other one counts as the next episode.
-  void take_over(Episode& other);
+  void take_over(Walker& other);
 
   // Saved states (saved_state.cpp).
 
-  /// Reads and checks a state without changing the episode.
+  /// Reads and checks a state without changing the walker.
   /// @return a function that loads the state
   /// @throws as `load_state`
   std::function<void()> read_state(const std::byte* state, std::size_t size);
@@ -242,16 +246,16 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
   const StateOrigin& origin() const;
 
   alignas(kCacheLine) std::unique_ptr<Robot> robot_;
-  EpisodeOptions options_;
+  WalkerOptions options_;
   EpisodeState state_;
-  RobotStep step_;                             // reused: robot and info stay the same
-  std::optional<Generator> generator_;         // nullopt before the first reset
-  std::shared_ptr<const CheckedWorld> world_;  // of the resets to come; null: Gymnasium's
-  std::unique_ptr<Effects> effects_;           // of the current episode; null: it has none
-  std::vector<double> actions_;                // of the current episode, steps x action size
-  std::vector<RecordedPush> pushes_;           // of the current episode
-  std::vector<std::uint64_t> checksums_;       // of the current episode, of the reset and each step
-  bool was_loaded_ = false;                    // the episode's first actions are unknown
+  RobotStep step_;                              // reused: robot and info stay the same
+  std::optional<Generator> generator_;          // nullopt before the first reset
+  std::shared_ptr<const CheckedWorld> world_;   // of the resets to come; null: Gymnasium's
+  std::unique_ptr<Disturbances> disturbances_;  // of the current episode; null: it has none
+  std::vector<double> actions_;                 // of the current episode, steps x action size
+  std::vector<RecordedPush> pushes_;            // of the current episode
+  std::vector<std::uint64_t> checksums_;  // of the current episode, of the reset and each step
+  bool was_loaded_ = false;               // the episode's first actions are unknown
   bool sensors_are_fresh_ = false;
   bool measurements_are_fresh_ = false;
   Sensors sensors_;
@@ -262,10 +266,10 @@ class WALKER_SIM_EXPORT Episode final : public Environment {
 };
 
 /// As `make`, with the internal interface.
-WALKER_SIM_EXPORT std::unique_ptr<Episode> make_episode(const std::string& id,
-                                                        const Parameters& given = {});
+WALKER_SIM_EXPORT std::unique_ptr<Walker> make_walker(const std::string& id,
+                                                      const Parameters& given = {});
 
-/// Downcast: Episode is the only implementation of Environment.
-inline Episode& episode_of(Environment& environment) { return static_cast<Episode&>(environment); }
+/// Downcast: Walker is the only implementation of Environment.
+inline Walker& walker_of(Environment& environment) { return static_cast<Walker&>(environment); }
 
 }  // namespace walker

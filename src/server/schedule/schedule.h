@@ -1,4 +1,4 @@
-// Drives: one class per mode decides when the environments step.
+// Schedules: one class per mode decides when the environments step.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@
 namespace walker {
 
 /// Decides whether service calls may step, and steps without calls if its mode does.
-class Drive {
+class Schedule {
  public:
   using Clock = std::chrono::steady_clock;
 
@@ -22,10 +22,10 @@ class Drive {
   static constexpr std::chrono::milliseconds kIdle{50};
 
   /// @param simulation outlives this
-  explicit Drive(Simulation& simulation) : simulation_(simulation) {}
-  Drive(const Drive&) = delete;
-  Drive& operator=(const Drive&) = delete;
-  virtual ~Drive() = default;
+  explicit Schedule(Simulation& simulation) : simulation_(simulation) {}
+  Schedule(const Schedule&) = delete;
+  Schedule& operator=(const Schedule&) = delete;
+  virtual ~Schedule() = default;
 
   virtual void start() { restart_schedule(); }
 
@@ -54,7 +54,7 @@ class Drive {
   /// @param factor simulation time over wall time, 0 .. 1000; 0: as fast as possible
   /// @throws std::exception with the reason if it cannot be set
   virtual void set_real_time_factor(double factor) = 0;
-  /// The pace that this drive keeps; none if service calls or /clock set it.
+  /// The pace that this schedule keeps; none if service calls or /clock set it.
   virtual std::optional<double> real_time_factor() const { return std::nullopt; }
 
   /// @return a message that says what has changed
@@ -79,7 +79,8 @@ class Drive {
   Simulation& simulation_;
 };
 
-/// Makes the drive of the mode. Free without publish_clock follows /clock if use_sim_time is set.
-std::unique_ptr<Drive> make_drive(const ServerOptions& options, Simulation& simulation);
+/// Makes the schedule of the mode. Free without publish_clock follows /clock if use_sim_time is
+/// set.
+std::unique_ptr<Schedule> make_schedule(const ServerOptions& options, Simulation& simulation);
 
 }  // namespace walker

@@ -1,5 +1,5 @@
-// Courses: BipedalWalker's levels in another size, as boxes.
-#include "robots/mujoco/course.h"
+// Grounds: BipedalWalker's levels in another size, as boxes.
+#include "robots/mujoco/box_ground.h"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ constexpr double kStart = 10 * kColumn;
 constexpr double kScale = kTerrainStep / kColumn;
 
 /// Returns the height of a box's upper side at x; nullopt: it is not there.
-std::optional<double> top_at(const CourseBox& box, double x) {
+std::optional<double> top_at(const GroundBox& box, double x) {
   const auto [along, up] = box.direction;
   const double left = box.center[0] - along * box.half_size[0] - up * box.half_size[1];
   const double z = box.center[1] - up * box.half_size[0] + along * box.half_size[1];
@@ -29,12 +29,12 @@ std::optional<double> top_at(const CourseBox& box, double x) {
   return z + (x - left) * up / along;
 }
 
-Course course_of(const WorldValues& values, std::uint64_t seed) {
+BoxGround ground_of(const WorldValues& values, std::uint64_t seed) {
   Generator generator(seed);
   return {generator, *level_of(values)};
 }
 
-TEST(CourseTest, AWorldWithoutALevelHasNone) {
+TEST(BoxGroundTest, AWorldWithoutALevelHasNone) {
   for (const WorldValues& values :
        {WorldValues{}, WorldValues{{"gravity", -5}}, WorldValues{{"ground_roughness", 0}}}) {
     EXPECT_FALSE(level_of(values));
@@ -45,7 +45,7 @@ TEST(CourseTest, AWorldWithoutALevelHasNone) {
 }
 
 /// The generator draws the same numbers, so that lengths have the columns' ratio.
-TEST(CourseTest, IsBipedalWalkersTerrainInAnotherSize) {
+TEST(BoxGroundTest, IsBipedalWalkersTerrainInAnotherSize) {
   Generator random(1);
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const Level level = *level_of(random_level(random));
@@ -63,40 +63,40 @@ TEST(CourseTest, IsBipedalWalkersTerrainInAnotherSize) {
     }
     Generator ours(seed);
     Generator theirs(seed);
-    const Terrain terrain = generate_terrain(ours, kCourseSize, false, level);
-    const Terrain expected = bipedal_walker::generate_terrain(theirs, false, large);
-    ASSERT_EQ(terrain.ground.size(), 500U);
-    const double start = expected.ground[0].y;
-    for (std::size_t i = 0; i < expected.ground.size(); ++i) {
-      ASSERT_NEAR(terrain.ground[i].x * kScale, expected.ground[i].x, 1e-6);
-      ASSERT_NEAR(terrain.ground[i].y * kScale, expected.ground[i].y - start, 1e-6);
+    const Ground ground = draw_ground(ours, kGroundSize, false, level);
+    const Ground expected = bipedal_walker::draw_ground(theirs, false, large);
+    ASSERT_EQ(ground.points.size(), 500U);
+    const double start = expected.points[0].y;
+    for (std::size_t i = 0; i < expected.points.size(); ++i) {
+      ASSERT_NEAR(ground.points[i].x * kScale, expected.points[i].x, 1e-6);
+      ASSERT_NEAR(ground.points[i].y * kScale, expected.points[i].y - start, 1e-6);
     }
-    ASSERT_GE(terrain.obstacles.size(), expected.obstacles.size());
+    ASSERT_GE(ground.obstacles.size(), expected.obstacles.size());
     for (std::size_t i = 0; i < expected.obstacles.size(); ++i) {
       for (std::size_t k = 0; k < 4; ++k) {
-        ASSERT_NEAR(terrain.obstacles[i][k].x * kScale, expected.obstacles[i][k].x, 1e-6);
-        ASSERT_NEAR(terrain.obstacles[i][k].y * kScale, expected.obstacles[i][k].y - start, 1e-6);
+        ASSERT_NEAR(ground.obstacles[i][k].x * kScale, expected.obstacles[i][k].x, 1e-6);
+        ASSERT_NEAR(ground.obstacles[i][k].y * kScale, expected.obstacles[i][k].y - start, 1e-6);
       }
     }
   }
 }
 
 /// Boxes form the ground without holes, apart from pits, and nothing but stumps is above it.
-TEST(CourseTest, BoxesAreTheGround) {
+TEST(BoxGroundTest, BoxesAreTheGround) {
   Generator random(2);
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     WorldValues values = random_level(random);
     for (const char* name : {"stump_width", "stump_height", "stump_float"}) values.erase(name);
     if (!level_of(values)) continue;
-    const Course course = course_of(values, seed);
+    const BoxGround ground = ground_of(values, seed);
     const bool has_pits = values.count("pit_gap") != 0;
     int below_rim = 0;
     for (double x = -30; x < 150; x += 0.0437) {
       double top = -1e9;
-      for (const CourseBox& box : course.boxes()) {
+      for (const GroundBox& box : ground.boxes()) {
         if (const auto here = top_at(box, x)) top = std::max(top, *here);
       }
-      const GroundBelow below = course.below(x);
+      const GroundBelow below = ground.below(x);
       ASSERT_EQ(below.top, below.ground);
       if (has_pits && std::abs(top - (below.ground - kPitDepth * kColumn)) < kRounding) {
         ++below_rim;
@@ -111,9 +111,9 @@ TEST(CourseTest, BoxesAreTheGround) {
 }
 
 /// Contacts tilt at ridges, at rims and at steps, but not at seams and in valleys.
-TEST(CourseTest, EdgesInsideTheSurfaceAreFound) {
-  const Course slopes = course_of({{"ground_roughness", 1}}, 1);
-  const std::vector<CourseBox>& boxes = slopes.boxes();
+TEST(BoxGroundTest, EdgesInsideTheSurfaceAreFound) {
+  const BoxGround slopes = ground_of({{"ground_roughness", 1}}, 1);
+  const std::vector<GroundBox>& boxes = slopes.boxes();
   int ridges = 0;
   for (std::size_t i = 0; i + 1 < boxes.size(); ++i) {
     const double fall = std::atan2(boxes[i].direction[1], boxes[i].direction[0]) -
@@ -125,8 +125,8 @@ TEST(CourseTest, EdgesInsideTheSurfaceAreFound) {
   }
   EXPECT_GT(ridges, 100);
   using Tilts = std::array<double, 2>;
-  const auto tilts_at = [](const Course& course, double x, double top) {
-    for (const CourseBox& box : course.boxes()) {
+  const auto tilts_at = [](const BoxGround& ground, double x, double top) {
+    for (const GroundBox& box : ground.boxes()) {
       const bool is_here = box.left < x && x < box.right;
       if (is_here && std::abs(box.top - top) < kRounding) return box.max_tilt;
     }
@@ -134,46 +134,46 @@ TEST(CourseTest, EdgesInsideTheSurfaceAreFound) {
     return Tilts{};
   };
   const double first = kStart;
-  const Course pits = course_of({{"pit_gap", 1}}, 1);
+  const BoxGround pits = ground_of({{"pit_gap", 1}}, 1);
   EXPECT_EQ(tilts_at(pits, first + kColumn / 2, 0), (Tilts{0, 1}));
   EXPECT_EQ(tilts_at(pits, first + kColumn * 1.5 + 1, 0), (Tilts{1, 0}));
-  const Course stumps = course_of({{"stump_height", 0.3}}, 1);
+  const BoxGround stumps = ground_of({{"stump_height", 0.3}}, 1);
   EXPECT_EQ(tilts_at(stumps, first + kColumn / 2, 0.3), (Tilts{1, 1}));
 }
 
-TEST(CourseTest, BoxesAreInOrderAndBeginAndEndLevel) {
+TEST(BoxGroundTest, BoxesAreInOrderAndBeginAndEndLevel) {
   Generator random(4);
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    const Course course = course_of(random_level(random), seed);
+    const BoxGround ground = ground_of(random_level(random), seed);
     double left = -1e9;
-    for (const CourseBox& box : course.boxes()) {
+    for (const GroundBox& box : ground.boxes()) {
       ASSERT_LE(left, box.left);
       ASSERT_LT(box.left, box.right);
       left = box.left;
     }
     const double end = 500 * kColumn - kStart;
-    for (double x = -kStart; x < kStart - 1e-6; x += 0.1) EXPECT_EQ(course.below(x).ground, 0);
-    const double height = course.below(end).ground;
+    for (double x = -kStart; x < kStart - 1e-6; x += 0.1) EXPECT_EQ(ground.below(x).ground, 0);
+    const double height = ground.below(end).ground;
     for (double x = end; x < end + 50; x += 1.3) {
-      ASSERT_EQ(course.below(x).ground, height);
-      ASSERT_EQ(course.below(x).top, height);
+      ASSERT_EQ(ground.below(x).ground, height);
+      ASSERT_EQ(ground.below(x).top, height);
     }
   }
 }
 
-TEST(CourseTest, HealthIsMeasuredFromRimsTreadsAndStumps) {
-  const Course pits = course_of({{"pit_gap", 1}}, 1);
-  const Course stumps = course_of({{"stump_height", 0.3}, {"stump_width", 0.5}}, 1);
+TEST(BoxGroundTest, HealthIsMeasuredFromRimsTreadsAndStumps) {
+  const BoxGround pits = ground_of({{"pit_gap", 1}}, 1);
+  const BoxGround stumps = ground_of({{"stump_height", 0.3}, {"stump_width", 0.5}}, 1);
   const double first = kStart;  // the first obstacle is behind the start pad
   EXPECT_EQ(pits.below(first + kColumn + 0.5).ground, 0);
   EXPECT_EQ(stumps.below(first + 0.25).ground, 0);
   EXPECT_NEAR(stumps.below(first + 0.25).top, 0.3, kRounding);
   EXPECT_EQ(stumps.below(first - 0.01).top, 0);
   EXPECT_EQ(stumps.below(first + 0.51).top, 0);
-  const Course floating = course_of({{"stump_float", 0.4}}, 1);
+  const BoxGround floating = ground_of({{"stump_float", 0.4}}, 1);
   EXPECT_NEAR(floating.below(first + 0.1).top, 0.4 + kColumn, kRounding);
   EXPECT_EQ(floating.below(first + 0.1).ground, 0);
-  const Course stairs = course_of({{"stair_height", 0.1}, {"stair_width", 0.5}}, 1);
+  const BoxGround stairs = ground_of({{"stair_height", 0.1}, {"stair_width", 0.5}}, 1);
   const double slope = stairs.below(first + 0.75).ground > 0 ? 1 : -1;
   for (int tread = 0; tread < 3; ++tread) {
     EXPECT_NEAR(stairs.below(first + 0.5 * tread + 0.25).ground, slope * 0.1 * tread, kRounding);
@@ -181,21 +181,21 @@ TEST(CourseTest, HealthIsMeasuredFromRimsTreadsAndStumps) {
 }
 
 /// The scene shows the same ground.
-TEST(CourseTest, SceneShowsGroundAndObstacles) {
+TEST(BoxGroundTest, SceneShowsGroundAndObstacles) {
   Generator random(5);
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const Course course = course_of(random_level(random), seed);
+    const BoxGround ground = ground_of(random_level(random), seed);
     Scene scene;
-    course.describe(3, -2, scene);
+    ground.describe(3, -2, scene);
     ASSERT_EQ(scene.surface_colors.size(), scene.ground.size());
     ASSERT_FALSE(scene.floor);
     double right = scene.ground[0].points[0][0];
-    for (const ScenePolygon& ground : scene.ground) {
-      ASSERT_EQ(ground.points.size(), 4U);
-      ASSERT_NEAR(ground.points[0][0], right, 1e-4);
-      right = ground.points[1][0];
-      EXPECT_GT(ground.points[0][1], ground.points[3][1]);
-      EXPECT_GT(ground.points[1][1], ground.points[2][1]);
+    for (const ScenePolygon& piece : scene.ground) {
+      ASSERT_EQ(piece.points.size(), 4U);
+      ASSERT_NEAR(piece.points[0][0], right, 1e-4);
+      right = piece.points[1][0];
+      EXPECT_GT(piece.points[0][1], piece.points[3][1]);
+      EXPECT_GT(piece.points[1][1], piece.points[2][1]);
     }
     for (double x = -10; x < 110; x += 0.31) {
       double top = -1e9;
@@ -204,15 +204,15 @@ TEST(CourseTest, SceneShowsGroundAndObstacles) {
         const double share = (x + 3 - from[0]) / (to[0] - from[0]);
         top = std::max(top, from[1] + share * (to[1] - from[1]) + 2);
       };
-      for (const ScenePolygon& ground : scene.ground) see(ground.points[0], ground.points[1]);
+      for (const ScenePolygon& piece : scene.ground) see(piece.points[0], piece.points[1]);
       for (const ScenePolygon& box : scene.obstacles) see(box.points[3], box.points[2]);
-      if (top < course.below(x).ground - 0.1) continue;  // a pit
-      ASSERT_NEAR(top, course.below(x).top, 1e-6) << "seed " << seed << " at " << x;
+      if (top < ground.below(x).ground - 0.1) continue;  // a pit
+      ASSERT_NEAR(top, ground.below(x).top, 1e-6) << "seed " << seed << " at " << x;
     }
   }
 }
 
-TEST(CourseTest, RefusesLevelsByName) {
+TEST(BoxGroundTest, RefusesLevelsByName) {
   const auto refusal = [](const World& world) {
     return message_of<std::invalid_argument>([&] { check_level(world); });
   };

@@ -1,5 +1,5 @@
 // Worlds between messages and the core's types.
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Delays, and what is measured beside a delayed observation. worlds_numpy_test.py has the values of
 // pushes, errors and dropped observations.
-#include "episode/effects.h"
+#include "episode/disturbances.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "episode/episode.h"
-#include "episode/fake_walker.h"
+#include "episode/fake_robot.h"
+#include "episode/walker.h"
 #include "error_message.h"
 
 namespace walker {
@@ -50,13 +50,13 @@ class Probe : public BareRobot {
   std::vector<double> actions;
 };
 
-class EffectsTest : public testing::Test {
+class DisturbancesTest : public testing::Test {
  protected:
   /// Plays an episode with actions 1, 2, 3, ...
   void play(const World& world, int num_steps) {
     auto probe = std::make_unique<Probe>();
     probe_ = probe.get();
-    episode_ = std::make_unique<Episode>(std::move(probe));
+    episode_ = std::make_unique<Walker>(std::move(probe));
     episode_->set_world(world);
     episode_->reset(0);
     observed_ = {episode_->state().observation[0]};
@@ -68,13 +68,13 @@ class EffectsTest : public testing::Test {
   }
 
   Probe* probe_ = nullptr;
-  std::unique_ptr<Episode> episode_;
+  std::unique_ptr<Walker> episode_;
   std::vector<double> observed_;
 };
 
 using Doubles = std::vector<double>;
 
-TEST_F(EffectsTest, DelaysActionsByWholeSteps) {
+TEST_F(DisturbancesTest, DelaysActionsByWholeSteps) {
   play({{"action_delay", {2 * kDt, 2 * kDt}}}, 5);
   EXPECT_EQ(probe_->actions, (Doubles{0, 0, 1, 2, 3}));
   EXPECT_EQ(episode_->state().action, Doubles{5});
@@ -83,18 +83,18 @@ TEST_F(EffectsTest, DelaysActionsByWholeSteps) {
   EXPECT_EQ(probe_->actions, (Doubles{1, 2}));
 }
 
-TEST_F(EffectsTest, DelaysObservationsByWholeSteps) {
+TEST_F(DisturbancesTest, DelaysObservationsByWholeSteps) {
   play({{"observation_delay", {3 * kDt, 3 * kDt}}}, 6);
   EXPECT_EQ(observed_, (Doubles{0, 0, 0, 0, 1, 2, 3}));
   EXPECT_EQ(probe_->actions, (Doubles{1, 2, 3, 4, 5, 6}));
 }
 
-TEST_F(EffectsTest, MayDropAllObservationsButTheFirst) {
+TEST_F(DisturbancesTest, MayDropAllObservationsButTheFirst) {
   play({{"dropout", {1, 1}}}, 3);
   EXPECT_EQ(observed_, (Doubles{0, 0, 0, 0}));
 }
 
-TEST_F(EffectsTest, MeasuresWhatItObserves) {
+TEST_F(DisturbancesTest, MeasuresWhatItObserves) {
   play({{"observation_delay", {2 * kDt, 2 * kDt}},
         {"dropout", {0.3, 0.3}},
         {"joint_position_noise", {0.1, 0.1}}},
@@ -109,7 +109,7 @@ TEST_F(EffectsTest, MeasuresWhatItObserves) {
   }
 }
 
-TEST_F(EffectsTest, MeasuresFromTheFirstCallOn) {
+TEST_F(DisturbancesTest, MeasuresFromTheFirstCallOn) {
   play({{"observation_delay", {2 * kDt, 2 * kDt}}}, 10);
   EXPECT_EQ(episode_->measurements().joint_position[0], 10);
   EXPECT_EQ(episode_->measured_step(), 10U);
@@ -122,7 +122,7 @@ TEST_F(EffectsTest, MeasuresFromTheFirstCallOn) {
   EXPECT_EQ(episode_->measured_step(), 11U);
 }
 
-TEST_F(EffectsTest, RefusesDelaysOfNoStep) {
+TEST_F(DisturbancesTest, RefusesDelaysOfNoStep) {
   play({}, 0);
   for (const std::string name : {"action_delay", "observation_delay", "push_interval"}) {
     EXPECT_EQ(message_of<std::invalid_argument>([&] {

@@ -1,4 +1,4 @@
-#include "server/drive/drive.h"
+#include "server/schedule/schedule.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -19,9 +19,9 @@ namespace {
 constexpr std::chrono::seconds kUntilNextReset{1};  // after a failed reset
 
 /// Only service calls step.
-class LockstepDrive : public Drive {
+class LockstepSchedule : public Schedule {
  public:
-  using Drive::Drive;
+  using Schedule::Schedule;
 
   bool takes_commands() const override { return false; }
   void set_real_time_factor(double /*factor*/) override {
@@ -40,10 +40,10 @@ class LockstepDrive : public Drive {
 /// Steps with the held effort command, resets unless `auto_reset` is off, and can be paused; then
 /// service calls may step. After a failed reset it waits a second at any pace, so that an engine
 /// that fails at every reset floods neither the processor nor subscribers.
-class RunningDrive : public Drive {
+class RunningSchedule : public Schedule {
  public:
-  RunningDrive(const ServerOptions& options, Simulation& simulation)
-      : Drive(simulation), auto_reset_(options.auto_reset), is_paused_(options.paused) {}
+  RunningSchedule(const ServerOptions& options, Simulation& simulation)
+      : Schedule(simulation), auto_reset_(options.auto_reset), is_paused_(options.paused) {}
 
   Clock::duration until_due(Clock::time_point now) const override {
     if (!runs()) return kIdle;
@@ -120,10 +120,10 @@ class RunningDrive : public Drive {
   Clock::time_point resets_again_at_;  // after a failed reset
 };
 
-class FreeDrive : public RunningDrive {
+class FreeDrive : public RunningSchedule {
  public:
   FreeDrive(const ServerOptions& options, Simulation& simulation)
-      : RunningDrive(options, simulation),
+      : RunningSchedule(options, simulation),
         pacer_(simulation.shown().specification().dt, options.real_time_factor) {}
 
   void start() override {
@@ -132,7 +132,7 @@ class FreeDrive : public RunningDrive {
   }
 
   void restart_schedule() override {
-    RunningDrive::restart_schedule();
+    RunningSchedule::restart_schedule();
     pacer_.restart(Clock::now());
   }
 
@@ -163,14 +163,14 @@ class FreeDrive : public RunningDrive {
 };
 
 /// Steps as another node's /clock advances.
-class FollowDrive : public RunningDrive {
+class FollowDrive : public RunningSchedule {
  public:
   FollowDrive(const ServerOptions& options, Simulation& simulation)
-      : RunningDrive(options, simulation),
+      : RunningSchedule(options, simulation),
         follower_(static_cast<std::uint64_t>(simulation.clock().dt().toNSec())) {}
 
   void restart_schedule() override {
-    RunningDrive::restart_schedule();
+    RunningSchedule::restart_schedule();
     follower_.restart();
   }
 
@@ -207,8 +207,8 @@ class FollowDrive : public RunningDrive {
 
 }  // namespace
 
-const EpisodeState& Drive::reset(std::optional<std::uint64_t> seed,
-                                 const std::optional<World>& world) {
+const EpisodeState& Schedule::reset(std::optional<std::uint64_t> seed,
+                                    const std::optional<World>& world) {
   begin_episode(seed, world);
   restart_schedule();
   const EpisodeState& state = simulation_.shown().state();
@@ -218,8 +218,8 @@ const EpisodeState& Drive::reset(std::optional<std::uint64_t> seed,
   return state;
 }
 
-std::unique_ptr<Drive> make_drive(const ServerOptions& options, Simulation& simulation) {
-  if (options.mode == Mode::lockstep) return std::make_unique<LockstepDrive>(simulation);
+std::unique_ptr<Schedule> make_schedule(const ServerOptions& options, Simulation& simulation) {
+  if (options.mode == Mode::lockstep) return std::make_unique<LockstepSchedule>(simulation);
   if (!options.publish_clock && ros::Time::isSimTime()) {
     return std::make_unique<FollowDrive>(options, simulation);
   }

@@ -15,7 +15,7 @@ namespace walker::mujoco {
 /// Gymnasium's BipedalWalker, whose legs are 2.2 times as long, has columns of 14/30 m.
 constexpr double kColumn = 0.2;  // [m]
 
-constexpr CourseSize kCourseSize{500, kColumn, 0, {kColumn, kColumn, 0}, {4 * kColumn, kColumn, 3}};
+constexpr GroundSize kGroundSize{500, kColumn, 0, {kColumn, kColumn, 0}, {4 * kColumn, kColumn, 3}};
 
 /// Boxes up to this distance from the trunk are in the model; farther ones the lidar cannot see.
 constexpr double kSensing = 3.2;  // [m]
@@ -31,7 +31,7 @@ std::vector<WorldParameter> level_parameters();
 void check_level(const World& world);
 
 /// A box that is turned about y. Its width along y is the robot's matter.
-struct CourseBox {
+struct GroundBox {
   std::array<double, 2> center;     ///< x, z [m]
   std::array<double, 2> half_size;  ///< along its own axes [m]
   std::array<double, 2> direction;  ///< of its own x axis: x, z
@@ -52,17 +52,17 @@ struct GroundBelow {
 };
 
 /// Ground and obstacles. Coordinates are relative to the ground below the robot's first position,
-/// where the course's start pad has its middle. Before and behind the course the ground is level.
-class Course {
+/// where the ground's start pad has its middle. Before and behind the ground the ground is level.
+class BoxGround {
  public:
-  Course(Generator& generator, const Level& level);
+  BoxGround(Generator& generator, const Level& level);
 
   /// The boxes, in ascending order of `left`.
-  const std::vector<CourseBox>& boxes() const { return boxes_; }
+  const std::vector<GroundBox>& boxes() const { return boxes_; }
 
   GroundBelow below(double x) const;
 
-  /// @param x, z place of the course's origin in the world [m]
+  /// @param x, z place of the ground's origin in the world [m]
   void describe(double x, double z, Scene& scene) const;
 
  private:
@@ -83,8 +83,8 @@ class Course {
   void find_internal_edges();
   void add_box(const Point& from, const Point& to, double thickness);
 
-  Terrain terrain_;
-  std::vector<CourseBox> boxes_;
+  Ground ground_;
+  std::vector<GroundBox> boxes_;
   std::vector<Surface> surfaces_;  // in ascending order of their left ends
   std::vector<Surface> stumps_;    // their tops
 };

@@ -1,4 +1,4 @@
-#include "server/environments.h"
+#include "server/batch_calls.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,7 +9,7 @@
 #include <ros/console.h>
 
 #include "base/random.h"
-#include "ros/records.h"
+#include "ros/message_conversions.h"
 #include "server/topics/commands.h"
 #include "server/topics/converters.h"
 
@@ -55,21 +55,21 @@ Pool make_pool(const ServerOptions& options, const MakeEnvironment& make) {
   const std::uint64_t seed = options.seed ? *options.seed : draw_seed();
   std::shared_ptr<const CheckedWorld> world;  // shared by all
   std::uint32_t index = 0;
-  const auto make_episode = [&] {
+  const auto make_walker = [&] {
     std::unique_ptr<Environment> environment = make();
-    EpisodeOptions own;
+    WalkerOptions own;
     own.records_actions = index == options.shown_environment;
     own.first_seed = seed + index++;
     if (!world) world = CheckedWorld::share(environment->specification(), options.world);
-    episode_of(*environment).configure(own);
-    episode_of(*environment).set_world(world);
+    walker_of(*environment).configure(own);
+    walker_of(*environment).set_world(world);
     return environment;
   };
-  return {make_episode, pool_options};
+  return {make_walker, pool_options};
 }
 
-Episode& single_episode(Pool& pool, const char* service) {
-  if (pool.options().num_envs == 1) return pool.episode(0);
+Walker& single_walker(Pool& pool, const char* service) {
+  if (pool.options().num_envs == 1) return pool.walker(0);
   throw std::logic_error(
       std::string(service) + ": is for one environment, and this server has num_envs = " +
       std::to_string(pool.options().num_envs) + "; call ~reset_batch and ~step_batch");

@@ -25,13 +25,14 @@ TEST(TrialTest, RejectsAKernelWithOtherBits) {
   EXPECT_FALSE(is_as_library(kernel_with_fused_add, *load_model("walker2d_v5.xml")));
 }
 
-void flag_all(World* const* worlds, std::size_t count, int /*steps*/) {
-  for (std::size_t i = 0; i < count; ++i) worlds[i]->is_flagged = true;
+void flag_all(Instance* const* instances, std::size_t count, int /*steps*/) {
+  for (std::size_t i = 0; i < count; ++i) instances[i]->is_flagged = true;
 }
 
 /// Such a kernel is correct, but slower than no kernel.
 TEST(TrialTest, RejectsAKernelThatFlagsEverything) {
-  const Kernel kernel{"none", 1, flag_all, flag_all, [](World& world) { world.is_flagged = true; }};
+  const Kernel kernel{"none", 1, flag_all, flag_all,
+                      [](Instance& instance) { instance.is_flagged = true; }};
   EXPECT_FALSE(is_as_library(kernel, *load_model("walker2d_v5.xml")));
 }
 
