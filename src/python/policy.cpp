@@ -110,7 +110,8 @@ class EpisodePlayerBinding {
   /// @param policies list of Policy
   /// @param worlds   as for Pool.set_world
   /// @param jobs     tuples of the index of a policy, a seed and the index of a world
-  /// @param receive  called with the index of a job and the fields of PlayedEpisode
+  /// @param receive  called with the index of a job and the fields of PlayedEpisode except the
+  /// end's reason
   void play(const std::vector<const PolicyBinding*>& policies, const py::sequence& worlds,
             const std::vector<std::tuple<std::size_t, std::uint64_t, std::size_t>>& jobs,
             const py::function& receive) {
@@ -122,8 +123,8 @@ class EpisodePlayerBinding {
     player_.play(networks, ranges, all, [&](std::size_t job, const PlayedEpisode& played) {
       const GilHold hold;
       receive(job, played.episode_return, played.length, played.terminated, played.truncated,
-              played.reward, to_str(played.end_reason), to_str(played.error), played.info,
-              played.world, played.observation_sums, played.observation_squares);
+              played.reward, to_str(played.error), played.info, played.world,
+              played.observation_sums, played.observation_squares);
     });
   }
 

@@ -112,7 +112,7 @@ def test_threads_num_envs_and_single_steps_change_nothing(evaluate, monkeypatch,
     if policy != "random":  # which falls before the first push
         assert returns_of(of_pushes) != returns_of(first[1]["plain"])
     monkeypatch.setattr(evaluation, "find_network", lambda *_: None)
-    monkeypatch.setattr(evaluation, "play_network", None)
+    monkeypatch.setattr(evaluation, "play_jobs", None)
     assert evaluate(*words) == first
 
 

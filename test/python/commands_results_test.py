@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from walker_sim.commands.episodes import Episode
 from walker_sim.commands.plots import write_plot
 from walker_sim.commands.results import (
     bootstrap_interval,
@@ -11,11 +10,14 @@ from walker_sim.commands.results import (
     summarise,
     summarise_worlds,
 )
+from walker_sim.episode_player import PlayedEpisode
 
 
 def episodes_of(returns, ends=None):
     ends = ends or ["fell"] * len(returns)
-    return [Episode(i, i, value, 10 + i, True, False, ends[i]) for i, value in enumerate(returns)]
+    return [
+        PlayedEpisode(i, i, value, 10 + i, True, False, ends[i]) for i, value in enumerate(returns)
+    ]
 
 
 def test_interval_of_a_normal_sample():

@@ -11,7 +11,6 @@ import walker_sim
 from promises import CASES, hexadecimal, write_model
 from walker_sim import _core, episode_player
 from walker_sim.training.policy_file import PolicyFile, write_policy
-from walker_sim.walkers import by_name
 from walker_sim.worlds import to_world
 
 SEEDS = 5
@@ -47,7 +46,6 @@ def line_of(episode_return, length, terminated, truncated, info, error, world):
 def play(case, keywords, policy, worlds):
     """All worlds at once, by the player of `play_out`."""
     player = episode_player.make_player(case.env_id, keywords, num_threads=2)
-    names = player.specification["info_names"]
     ranges = [to_world(case.env_id, world) for world in worlds]
     jobs = [(0, seed, world) for world in range(len(worlds)) for seed in range(SEEDS)]
     network = _core.Policy(os.fsencode(policy))
@@ -56,7 +54,13 @@ def play(case, keywords, policy, worlds):
         case.env_id, policy, range(SEEDS), worlds=worlds, num_threads=1, **keywords
     )
     assert found.returns.ravel().tolist() == [one.episode_return for one in played]
-    return [line_of(*one[:4], by_name(names, one.info), one.error, one.world) for one in played]
+    return [
+        line_of(
+            *(one.episode_return, one.length, one.terminated, one.truncated),
+            *(one.info, one.error, one.world),
+        )
+        for one in played
+    ]
 
 
 def to_text(value):

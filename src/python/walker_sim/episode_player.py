@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
+from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, NamedTuple, Sequence, Union
 
 import numpy as np
@@ -10,26 +12,30 @@ from numpy.typing import NDArray
 
 from walker_sim import _core, arguments
 from walker_sim.registration import without_namespace
+from walker_sim.walkers import by_name
 from walker_sim.worlds import AnyWorld, World, to_world
 
 AnyPolicy = Union[str, "os.PathLike[str]", bytes, "_core.Policy"]
 """A policy's file, or its content."""
 
 
-class PlayedEpisode(NamedTuple):
-    """Outcome of an episode."""
+@dataclass(order=True)
+class PlayedEpisode:
+    """Outcome of an episode, or of its steps so far."""
 
-    episode_return: float
-    length: int  # [steps]
-    terminated: bool
-    truncated: bool
-    reward: float  # of the last step
-    end_reason: str  # e.g. "hull touched the ground"
-    error: str  # the engine's message if it failed; else empty
-    info: list[float]  # of the last step, one value per info name; NaN: absent
-    world: dict[str, float]  # drawn at the reset
-    observation_sums: list[float]  # over the observations that the policy got; empty: not asked for
-    observation_squares: list[float]  # likewise, of their squares
+    order: int  # index of its job; of its seed, after the episodes of earlier worlds
+    seed: int
+    episode_return: float = 0.0
+    length: int = 0  # [steps]
+    terminated: bool = False
+    truncated: bool = False
+    end: str = ""  # arrived, fell, terminated, time limit or failed
+    info: dict[str, float] = field(default_factory=dict)  # of the last step
+    error: str = ""  # the engine's message if it failed
+    world: dict[str, float] = field(default_factory=dict)  # drawn at the reset
+    # Over the observations that the policy got; empty: not asked for.
+    observation_sums: Sequence[float] = ()
+    observation_squares: Sequence[float] = ()
 
 
 class Outcomes(NamedTuple):
@@ -84,13 +90,12 @@ def play_out(
     jobs = [(policy, numbers[seed], world) for policy, world, seed in np.ndindex(shape)]
     player = make_player(env_id, parameters, arguments.to_count("num_threads", num_threads, 0))
     episodes = play_jobs(player, networks, ranges, jobs)
-    ends = [end_of(env_id, one.terminated, one.reward, one.error) for one in episodes]
     return Outcomes(
         np.array([one.episode_return for one in episodes], np.float64).reshape(shape),
         np.array([one.length for one in episodes], np.int64).reshape(shape),
         np.array([one.terminated for one in episodes], np.bool_).reshape(shape),
         np.array([one.truncated for one in episodes], np.bool_).reshape(shape),
-        np.array(ends, np.str_).reshape(shape),
+        np.array([one.end for one in episodes], np.str_).reshape(shape),
     )
 
 
@@ -113,16 +118,23 @@ def play_jobs(
     policies: Sequence[_core.Policy],
     worlds: Sequence[World],
     jobs: Sequence[tuple[int, int, int]],
-    receive: Callable[[int, PlayedEpisode], None] = lambda job, episode: None,
+    receive: Callable[[PlayedEpisode], None] = lambda episode: None,
 ) -> list[PlayedEpisode]:
     """Plays jobs, each the index of a policy, a seed and the index of a world (0 for Gymnasium's if
-    `worlds` is empty). Returns the outcomes in their order; calls `receive` with a job's index as
-    soon as its episode has ended."""
+    `worlds` is empty). Returns the outcomes in their order; calls `receive` with each as soon as
+    its episode has ended."""
+    specification = player.specification
     episodes: list[PlayedEpisode] = [None] * len(jobs)  # type: ignore[list-item]
 
     def keep(job: int, *fields: Any) -> None:
-        episodes[job] = PlayedEpisode(*fields)
-        receive(job, episodes[job])
+        episode_return, length, terminated, truncated, reward, error, info, world, *sums = fields
+        episodes[job] = PlayedEpisode(
+            *(job, jobs[job][1], episode_return, length, terminated, truncated),
+            end_of(specification["id"], terminated, reward, error),
+            by_name(specification["info_names"], info),
+            *(error, world, *sums),
+        )
+        receive(episodes[job])
 
     player.play(policies, worlds, jobs, keep)
     return episodes
@@ -135,10 +147,16 @@ def end_of(env_id: str, terminated: bool, reward: float, error: str) -> str:
         return "failed"
     if not terminated:
         return "time limit"
-    failure_reward = _core.registration_of(env_id)["failure_reward"]
+    failure_reward = _failure_reward(env_id)
     if failure_reward is None:
         return "terminated"
     return "fell" if reward == failure_reward else "arrived"
+
+
+@functools.lru_cache(maxsize=None)
+def _failure_reward(env_id: str) -> float | None:
+    failure_reward: float | None = _core.registration_of(env_id)["failure_reward"]
+    return failure_reward
 
 
 def _to_network(policy: AnyPolicy) -> _core.Policy:

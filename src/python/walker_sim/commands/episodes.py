@@ -11,9 +11,9 @@ from typing import Any, Callable, Iterator, NamedTuple, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from walker_sim import _core, episode_player
+from walker_sim import episode_player
+from walker_sim.episode_player import PlayedEpisode
 from walker_sim.walkers import Batch, Walkers, by_name
-from walker_sim.worlds import World
 
 Policy = Callable[[NDArray[Any]], NDArray[Any]]
 """Maps an observation, shape (observation size,), to an action, shape (action size,)."""
@@ -42,19 +42,9 @@ class Steps(NamedTuple):
 
 
 @dataclass(order=True)
-class Episode:
-    """Outcome of an episode, or of its steps so far."""
+class RecordedEpisode(PlayedEpisode):
+    """A played episode and its steps."""
 
-    order: int  # index of its seed; in several worlds, after the episodes of earlier ones
-    seed: int
-    episode_return: float = 0.0
-    length: int = 0  # [steps]
-    terminated: bool = False
-    truncated: bool = False
-    end: str = ""  # arrived, fell, terminated, time limit or failed
-    info: dict[str, float] = field(default_factory=dict)  # of the last step
-    error: str = ""  # the engine's error, if it ended the episode
-    world: dict[str, float] = field(default_factory=dict)  # drawn from its world
     steps: Steps = field(default_factory=lambda: Steps([], [], [], [], [], []))
 
 
@@ -63,7 +53,7 @@ def play(
     seeds: Sequence[int],
     policy_of: Callable[[int], Policy],
     keeps_steps: bool = False,
-) -> Iterator[Episode]:
+) -> Iterator[RecordedEpisode]:
     """Plays every episode to its end. The episodes do not depend on `walkers.num_envs`.
 
     Parameters
@@ -75,15 +65,15 @@ def play(
     policy_of
         Returns a policy, without state of other episodes, for a seed.
     keeps_steps
-        Whether to fill `Episode.steps`.
+        Whether to fill `RecordedEpisode.steps`.
 
     Yields
     ------
-    Episode
+    RecordedEpisode
         Episodes in the order in which they end.
     """
     waiting = iter(enumerate(seeds))
-    running: dict[int, tuple[Episode, Policy]] = {}  # by environment
+    running: dict[int, tuple[RecordedEpisode, Policy]] = {}  # by environment
     free = list(range(walkers.num_envs))
     actions = np.zeros((walkers.num_envs, len(walkers.specification["action_low"])))
     if walkers.num_envs > len(seeds):
@@ -97,7 +87,7 @@ def play(
         drawn = walkers.world_values([*begun])
         for (environment, (order, seed)), world in zip(begun.items(), drawn):
             error = walkers.reset_error(environment)
-            episode = Episode(order, seed, error=error, world=world)
+            episode = RecordedEpisode(order, seed, error=error, world=world)
             if keeps_steps:
                 episode.steps.begin(observations[environment], info[environment])
             if episode.error:
@@ -143,36 +133,8 @@ def end_of(walkers: Walkers, batch: Batch, environment: int) -> str:
     return episode_player.end_of(walkers.specification["id"], terminated, float(reward), error)
 
 
-def play_network(
-    player: _core.EpisodePlayer,
-    network: _core.Policy,
-    seeds: Sequence[int],
-    worlds: Sequence[World],
-    receive: Callable[[Episode], None],
-) -> None:
-    """Plays every episode of a network to its end in each world, as `play` does in one, and calls
-    `receive` with each in the order in which they end. `Episode.order` counts the seeds of the
-    first world, then those of the next one."""
-    env_id, names = player.specification["id"], player.specification["info_names"]
-    jobs = [(0, seed, world) for world in range(len(worlds)) for seed in seeds]
-
-    def take(job: int, played: episode_player.PlayedEpisode) -> None:
-        receive(
-            Episode(
-                *(job, jobs[job][1], played.episode_return, played.length),
-                *(played.terminated, played.truncated),
-                episode_player.end_of(env_id, played.terminated, played.reward, played.error),
-                by_name(names, played.info),
-                played.error,
-                played.world,
-            )
-        )
-
-    episode_player.play_jobs(player, [network], worlds, jobs, take)
-
-
 @contextlib.contextmanager
-def progress(total: int) -> Iterator[Callable[[Episode], None]]:
+def progress(total: int) -> Iterator[Callable[[PlayedEpisode], None]]:
     """Gives a function to call with each episode that has ended. With tqdm, it moves a bar on
     standard error if that is a terminal."""
     try:
@@ -186,7 +148,7 @@ def progress(total: int) -> Iterator[Callable[[Episode], None]]:
     # disable=None: no bar if standard error is not a terminal.
     with tqdm(total=total, unit=" episodes", disable=None, leave=False) as bar:
 
-        def move(episode: Episode) -> None:
+        def move(episode: PlayedEpisode) -> None:
             nonlocal returns
             returns += episode.episode_return
             bar.set_postfix_str(f"mean return {returns / (bar.n + 1):.1f}", refresh=False)

@@ -11,7 +11,7 @@ from typing import Any, Callable, NamedTuple, Sequence
 
 from walker_sim.commands import options as common
 from walker_sim.commands import plots, results
-from walker_sim.commands.episodes import Episode, play, play_network, progress
+from walker_sim.commands.episodes import play, progress
 from walker_sim.commands.grid import Grid, axis, make_grid, refuse_equal
 from walker_sim.commands.policies import (
     POLICY_HELP,
@@ -21,7 +21,7 @@ from walker_sim.commands.policies import (
     policy_text,
 )
 from walker_sim.commands.table import Table
-from walker_sim.episode_player import make_player, play_jobs
+from walker_sim.episode_player import PlayedEpisode, make_player, play_jobs
 from walker_sim.walkers import Specification
 from walker_sim.worlds import World, range_text, to_world
 
@@ -112,7 +112,7 @@ class _Source(NamedTuple):
     specification: Specification
     worlds: Sequence[World]
     num_envs: int
-    play: Callable[[Callable[[Episode], None]], None]
+    play: Callable[[Callable[[PlayedEpisode], None]], None]
 
 
 def _source(
@@ -140,9 +140,11 @@ def _source(
     except (ValueError, TypeError, RuntimeError) as error:
         raise common.InputError(str(error)) from error
 
-    def play_all(receive: Callable[[Episode], None]) -> None:
+    jobs = [(0, seed, world) for world in range(len(worlds)) for seed in seeds]
+
+    def play_all(receive: Callable[[PlayedEpisode], None]) -> None:
         try:
-            play_network(player, network, seeds, worlds, receive)
+            play_jobs(player, [network], worlds, jobs, receive)
         except ValueError as error:  # a network that overflows
             raise PolicyFailed(f"--policy {options.policy}: {error}") from None
 
@@ -171,7 +173,7 @@ def _stepped(
             walkers.set_world([], before)
         refuse_equal(grid, walkers.specification["dt"])
 
-    def play_all(receive: Callable[[Episode], None]) -> None:
+    def play_all(receive: Callable[[PlayedEpisode], None]) -> None:
         if not grid:
             for episode in play(walkers, seeds, policies):
                 receive(episode)
@@ -191,14 +193,14 @@ def _stepped(
 
 def _play(
     options: argparse.Namespace, source: _Source, number_of: int, table: Table | None
-) -> list[Episode]:
+) -> list[PlayedEpisode]:
     """Plays all episodes, with a progress bar. Returns them in order."""
-    episodes: list[Episode] = []
+    episodes: list[PlayedEpisode] = []
     began = time.monotonic()
     try:
         with progress(number_of) as show:
 
-            def receive(episode: Episode) -> None:
+            def receive(episode: PlayedEpisode) -> None:
                 episodes.append(episode)
                 show(episode)
                 if table:

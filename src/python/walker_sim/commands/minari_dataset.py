@@ -15,7 +15,7 @@ from typing import Any, Iterator, Sequence
 import gymnasium
 import numpy as np
 
-from walker_sim.commands.episodes import Episode
+from walker_sim.commands.episodes import RecordedEpisode
 from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import policy_text
 from walker_sim.files import naming, replace_file
@@ -60,7 +60,7 @@ class DatasetWriter:
             raise InputError(f"--minari {dataset_id}: {folder} exists; `minari delete` removes it")
         return folder
 
-    def write(self, episodes: Sequence[Episode], specification: Specification) -> Path:
+    def write(self, episodes: Sequence[RecordedEpisode], specification: Specification) -> Path:
         """Writes the episodes in their order and returns the data set's folder.
 
         The environment of `recover_environment` repeats an episode to the bit after a reset with
@@ -150,7 +150,7 @@ def _make_environment(env_id: str, options: argparse.Namespace) -> Any:
         raise InputError(str(error)) from error
 
 
-def _buffer_of(episode: Episode, info_names: Sequence[str]) -> Any:
+def _buffer_of(episode: RecordedEpisode, info_names: Sequence[str]) -> Any:
     buffer: Any = importlib.import_module("minari.data_collector").EpisodeBuffer
     steps = episode.steps
     infos = np.array(steps.infos)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import Episode, Steps, play, progress
+from walker_sim.commands.episodes import RecordedEpisode, Steps, play, progress
 from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
 from walker_sim.commands.policies import POLICY_HELP, make_policies
 from walker_sim.files import replace_file
@@ -109,7 +109,7 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _play(options: argparse.Namespace, env_id: str) -> tuple[list[Episode], Specification]:
+def _play(options: argparse.Namespace, env_id: str) -> tuple[list[RecordedEpisode], Specification]:
     """Plays the episodes and returns them in the order of the seeds."""
     seeds = common.chosen_seeds(options)
     walkers = common.make_walkers(options, env_id, options.parameters, options.num_envs, len(seeds))
@@ -131,7 +131,7 @@ def _play(options: argparse.Namespace, env_id: str) -> tuple[list[Episode], Spec
 
 
 def arrays_of(
-    episodes: Sequence[Episode], specification: Specification, options: argparse.Namespace
+    episodes: Sequence[RecordedEpisode], specification: Specification, options: argparse.Namespace
 ) -> dict[str, Any]:
     """Returns the arrays of the file by name; see FILE_HELP."""
     parameters = specification["parameters"]

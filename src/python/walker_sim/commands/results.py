@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.commands.episodes import Episode
 from walker_sim.commands.grid import Cell, Grid
+from walker_sim.episode_player import PlayedEpisode
 from walker_sim.files import replace_file
 from walker_sim.worlds import text_of
 
@@ -43,7 +43,7 @@ class Summary(NamedTuple):
     least: float
     most: float
     passes: float | None  # fraction with a return of at least the threshold; None without one
-    ends: dict[str, float]  # fraction by Episode.end, the most frequent first
+    ends: dict[str, float]  # fraction by PlayedEpisode.end, the most frequent first
     length_mean: float  # [steps]
     length_median: float
     length_least: int
@@ -54,7 +54,7 @@ class WorldResult(NamedTuple):
     """Outcomes of the episodes in one world, the only one or one of a grid."""
 
     cell: Cell | None  # None: the plain world, or the only one
-    episodes: Sequence[Episode]
+    episodes: Sequence[PlayedEpisode]
     summary: Summary
     fell: float  # fraction of episodes that ended as fell or terminated
     difference: float  # of the mean return to that in the plain world
@@ -77,7 +77,7 @@ def bootstrap_interval(values: NDArray[np.float64]) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def summarise(episodes: Sequence[Episode], threshold: float | None) -> Summary:
+def summarise(episodes: Sequence[PlayedEpisode], threshold: float | None) -> Summary:
     returns = np.array([episode.episode_return for episode in episodes])
     lengths = np.array([episode.length for episode in episodes])
     several = len(episodes) > 1
@@ -100,7 +100,7 @@ def summarise(episodes: Sequence[Episode], threshold: float | None) -> Summary:
 
 
 def summarise_worlds(
-    grid: Grid | None, episodes: Sequence[Episode], threshold: float | None
+    grid: Grid | None, episodes: Sequence[PlayedEpisode], threshold: float | None
 ) -> list[WorldResult]:
     """Returns the result of the only world, or the plain world's and then those of the cells.
     `episodes`: all, in order."""
@@ -261,7 +261,7 @@ def _fields(grid: Grid | None, one: WorldResult) -> dict[str, Any]:
     return {**fields, **one.summary._asdict(), "fell": one.fell, "outcomes": outcomes}
 
 
-def _outcome(episode: Episode) -> dict[str, Any]:
+def _outcome(episode: PlayedEpisode) -> dict[str, Any]:
     outcome = dataclasses.asdict(episode)
     del outcome["order"], outcome["steps"]
     if not episode.world:
@@ -270,7 +270,7 @@ def _outcome(episode: Episode) -> dict[str, Any]:
     return outcome
 
 
-def worst(episodes: Sequence[Episode], count: int, options: argparse.Namespace) -> str:
+def worst(episodes: Sequence[PlayedEpisode], count: int, options: argparse.Namespace) -> str:
     """Returns commands that show the episodes with the least returns, in the worlds that these have
     drawn."""
     lines = []

@@ -8,7 +8,7 @@ import io
 from pathlib import Path
 from typing import Callable, Iterable, Sequence, TextIO
 
-from walker_sim.commands.episodes import Episode
+from walker_sim.episode_player import PlayedEpisode
 from walker_sim.files import NOT_REPLACEABLE, beside, descriptor_of, naming, replace_file
 
 FIELDS = ("seed", "return", "length", "terminated", "truncated", "end")
@@ -34,7 +34,7 @@ class Table:
         path: Path,
         info_names: Sequence[str],
         world_names: Sequence[str] = (),
-        world_of: Callable[[Episode], str] | None = None,
+        world_of: Callable[[PlayedEpisode], str] | None = None,
     ) -> None:
         self._info_names, self._world_names = info_names, world_names
         self._world_of = world_of
@@ -63,11 +63,11 @@ class Table:
                     self.written.unlink()
             raise
 
-    def add(self, episode: Episode) -> None:
+    def add(self, episode: PlayedEpisode) -> None:
         if not self.is_stream:
             self._write(self._file, [self._row_of(episode)])
 
-    def finish(self, episodes: Iterable[Episode]) -> None:
+    def finish(self, episodes: Iterable[PlayedEpisode]) -> None:
         """Replaces the file by one that has the same episodes in this order."""
         rows: list[Sequence[object]] = [self._head(), *map(self._row_of, episodes)]
         if self.is_stream:
@@ -89,7 +89,7 @@ class Table:
         first = ["world"] if self._world_of else []
         return [*first, *FIELDS, *self._info_names, *self._world_names, "error"]
 
-    def _row_of(self, episode: Episode) -> list[object]:
+    def _row_of(self, episode: PlayedEpisode) -> list[object]:
         """Returns a row; absent info is empty."""
         info = [episode.info.get(name, "") for name in self._info_names]
         world = [episode.world.get(name, "") for name in self._world_names]
