@@ -22,12 +22,12 @@ set(short_rostests
   client/episodes_test
   server/free_test
   server/gazebo_test
-  server/lockstep_cost_test
   server/lockstep_test
   server/namespaces_test
   server/promises_test
   server/publish_order_test
   server/records_test
+  server/transport/lockstep_cost_test
   server/world_services_test)
 # These measure wall time, so each runs alone.
 set(timed_rostests
