@@ -55,7 +55,7 @@ html_css_files = ["site.css"]
 TREE = {
     "Use": "ros_guide ros_interface python cli worlds training policies robustness custom_model "
     "install",
-    "Policies that come along": " ".join(
+    "Shipped policies": " ".join(
         f"policies/{path.stem}" for path in sorted((ROOT / "docs/policies").glob("*.md"))
     ),
     "Evidence": "fidelity compatibility reliability security benchmark engines",
