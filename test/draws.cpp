@@ -99,16 +99,16 @@ WALKER_SIM_EXPORT std::size_t walker_sim_test_level(const char* id, const char* 
 }
 
 /// Writes push along x and z and action of each step of an episode, to which zeros are given.
-WALKER_SIM_EXPORT void walker_sim_test_effects(const char* id, const char* world,
-                                               std::uint64_t seed, std::uint32_t steps,
-                                               double* numbers) {
+WALKER_SIM_EXPORT void walker_sim_test_disturbances(const char* id, const char* world,
+                                                    std::uint64_t seed, std::uint32_t steps,
+                                                    double* numbers) {
   const Drawn drawn(id, world, seed);
   const walker::Specification& specification = drawn.environment->specification();
-  walker::Disturbances effects(drawn.values, specification, drawn.generator.state());
+  walker::Disturbances disturbances(drawn.values, specification, drawn.generator.state());
   const std::vector<double> zeros(specification.action_size());
   walker::RobotStep step;
   for (std::uint32_t i = 1; i <= steps; ++i) {
-    effects.begin_step(zeros.data(), i, step);
+    disturbances.begin_step(zeros.data(), i, step);
     numbers = std::copy(step.push.begin(), step.push.end(), numbers);
     numbers = std::copy_n(step.action, zeros.size(), numbers);
   }

@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 LIBRARY = ctypes.CDLL(os.environ["WALKER_SIM_DRAWS"])
-LIBRARY.walker_sim_test_terrain.restype = ctypes.c_size_t
+LIBRARY.walker_sim_test_ground.restype = ctypes.c_size_t
 LIBRARY.walker_sim_test_level.restype = ctypes.c_size_t
 
 
@@ -25,7 +25,7 @@ def draw(seed, draws):
 def terrain(hardcore, seed):
     """Returns a BipedalWalker episode's draws, see bipedal_walker_reference.terrain."""
     numbers = np.empty(5000)
-    count = LIBRARY.walker_sim_test_terrain(hardcore, ctypes.c_uint64(seed), numbers.ctypes)
+    count = LIBRARY.walker_sim_test_ground(hardcore, ctypes.c_uint64(seed), numbers.ctypes)
     return numbers[:count]
 
 
@@ -41,11 +41,11 @@ def level(environment_id, world, seed):
     return ground, numbers[2 * columns : count.value].reshape(-1, 4, 2)
 
 
-def effects(environment_id, world, seed, steps, action_size):
+def disturbances(environment_id, world, seed, steps, action_size):
     """Returns the pushes and the errors of actions of an episode's steps in a world, shapes
     (steps, 2) and (steps, action size)."""
     rows = np.empty((steps, 2 + action_size))
-    LIBRARY.walker_sim_test_effects(
+    LIBRARY.walker_sim_test_disturbances(
         *(environment_id.encode(), str(world).encode(), ctypes.c_uint64(seed)),
         *(ctypes.c_uint32(steps), rows.ctypes),
     )

@@ -75,7 +75,7 @@ class WALKER_SIM_EXPORT Robot {
 
   /// Sets level and physics for the resets to come.
   /// @param values checked; absent ones are Gymnasium's. They include those of the episode's
-  ///               effects, which the robot ignores
+  ///               disturbances, which the robot ignores
   /// @throws std::exception if memory or the engine fails
   virtual void set_world(const WorldValues& values) = 0;
 

@@ -56,19 +56,19 @@ class DisturbancesTest : public testing::Test {
   void play(const World& world, int num_steps) {
     auto probe = std::make_unique<Probe>();
     probe_ = probe.get();
-    episode_ = std::make_unique<Walker>(std::move(probe));
-    episode_->set_world(world);
-    episode_->reset(0);
-    observed_ = {episode_->state().observation[0]};
+    walker_ = std::make_unique<Walker>(std::move(probe));
+    walker_->set_world(world);
+    walker_->reset(0);
+    observed_ = {walker_->state().observation[0]};
     for (int i = 1; i <= num_steps; ++i) step(i);
   }
   void step(double action) {
-    episode_->step({action});
-    observed_.push_back(episode_->state().observation[0]);
+    walker_->step({action});
+    observed_.push_back(walker_->state().observation[0]);
   }
 
   Probe* probe_ = nullptr;
-  std::unique_ptr<Walker> episode_;
+  std::unique_ptr<Walker> walker_;
   std::vector<double> observed_;
 };
 
@@ -77,7 +77,7 @@ using Doubles = std::vector<double>;
 TEST_F(DisturbancesTest, DelaysActionsByWholeSteps) {
   play({{"action_delay", {2 * kDt, 2 * kDt}}}, 5);
   EXPECT_EQ(probe_->actions, (Doubles{0, 0, 1, 2, 3}));
-  EXPECT_EQ(episode_->state().action, Doubles{5});
+  EXPECT_EQ(walker_->state().action, Doubles{5});
   EXPECT_EQ(observed_, (Doubles{0, 1, 2, 3, 4, 5}));
   play({{"action_delay", {0, 0}}}, 2);
   EXPECT_EQ(probe_->actions, (Doubles{1, 2}));
@@ -100,37 +100,37 @@ TEST_F(DisturbancesTest, MeasuresWhatItObserves) {
         {"joint_position_noise", {0.1, 0.1}}},
        0);
   for (int i = 0; i < 200; ++i) {
-    const Sensors& sensors = episode_->measurements();
-    const std::vector<double>& observation = episode_->state().observation;
+    const Sensors& sensors = walker_->measurements();
+    const std::vector<double>& observation = walker_->state().observation;
     ASSERT_EQ(sensors.joint_position[0], observation[0] + observation[1]) << i;
-    ASSERT_EQ(episode_->measured_step(), observation[0]);
-    ASSERT_EQ(episode_->sensors().joint_position[0], i);  // exact and present
+    ASSERT_EQ(walker_->measured_step(), observation[0]);
+    ASSERT_EQ(walker_->sensors().joint_position[0], i);  // exact and present
     step(0);
   }
 }
 
 TEST_F(DisturbancesTest, MeasuresFromTheFirstCallOn) {
   play({{"observation_delay", {2 * kDt, 2 * kDt}}}, 10);
-  EXPECT_EQ(episode_->measurements().joint_position[0], 10);
-  EXPECT_EQ(episode_->measured_step(), 10U);
+  EXPECT_EQ(walker_->measurements().joint_position[0], 10);
+  EXPECT_EQ(walker_->measured_step(), 10U);
   step(0);
-  EXPECT_EQ(episode_->measurements().joint_position[0], 10);
-  EXPECT_EQ(episode_->measured_step(), 10U);
+  EXPECT_EQ(walker_->measurements().joint_position[0], 10);
+  EXPECT_EQ(walker_->measured_step(), 10U);
   step(0);
   step(0);
-  EXPECT_EQ(episode_->measurements().joint_position[0], 11);
-  EXPECT_EQ(episode_->measured_step(), 11U);
+  EXPECT_EQ(walker_->measurements().joint_position[0], 11);
+  EXPECT_EQ(walker_->measured_step(), 11U);
 }
 
 TEST_F(DisturbancesTest, RefusesDelaysOfNoStep) {
   play({}, 0);
   for (const std::string name : {"action_delay", "observation_delay", "push_interval"}) {
     EXPECT_EQ(message_of<std::invalid_argument>([&] {
-                episode_->set_world(World{{name, {0.009, 0.009}}});
+                walker_->set_world(World{{name, {0.009, 0.009}}});
               }),
               "world parameter " + name +
                   " = 0.009 s: is shorter than half a step of BipedalWalker-v3, 0.02 s");
-    episode_->set_world(World{{name, {0.01, 0.01}}});
+    walker_->set_world(World{{name, {0.01, 0.01}}});
   }
 }
 

@@ -21,12 +21,12 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-class EpisodeTest : public testing::Test {
+class WalkerTest : public testing::Test {
  protected:
   void make(std::uint32_t limit) {
     auto fake = std::make_unique<FakeRobot>(limit);
     fake_ = fake.get();
-    episode_ = std::make_unique<Walker>(std::move(fake));
+    walker_ = std::make_unique<Walker>(std::move(fake));
   }
 
   void SetUp() override {
@@ -34,9 +34,9 @@ class EpisodeTest : public testing::Test {
     result_.observation = observation_.data();
     result_.info = info_.data();
   }
-  void reset() { episode_->reset(std::nullopt, result_); }
+  void reset() { walker_->reset(std::nullopt, result_); }
   void step(const std::vector<double>& action = {0, 0}) {
-    episode_->step(action.data(), action.size(), result_);
+    walker_->step(action.data(), action.size(), result_);
   }
   std::string refused_action(const std::vector<double>& action) {
     return message_of<InvalidAction>([&] { step(action); });
@@ -46,22 +46,22 @@ class EpisodeTest : public testing::Test {
     Sensors sensors;
     Scene scene;
     EXPECT_EQ(message_of<ResetNeeded>([&] { step(); }), "step: " + reason + "; reset first");
-    EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->sense(sensors); }),
+    EXPECT_EQ(message_of<ResetNeeded>([&] { walker_->sense(sensors); }),
               "sense: " + reason + "; reset first");
-    EXPECT_EQ(message_of<ResetNeeded>([&] { episode_->scene(scene); }),
+    EXPECT_EQ(message_of<ResetNeeded>([&] { walker_->scene(scene); }),
               "scene: " + reason + "; reset first");
     EXPECT_EQ(fake_->all_steps, steps);
     EXPECT_EQ(fake_->num_senses, 0);
   }
 
   FakeRobot* fake_ = nullptr;
-  std::unique_ptr<Walker> episode_;
+  std::unique_ptr<Walker> walker_;
   std::array<double, 2> observation_{};
   std::array<double, 1> info_{1};
   Result result_;
 };
 
-TEST_F(EpisodeTest, RefusesAllCallsBeforeAResetThatSucceeds) {
+TEST_F(WalkerTest, RefusesAllCallsBeforeAResetThatSucceeds) {
   expect_refusals("there is no episode yet");
   reset();
   fake_->reset_fails = true;
@@ -69,7 +69,7 @@ TEST_F(EpisodeTest, RefusesAllCallsBeforeAResetThatSucceeds) {
   expect_refusals("the simulation failed");
 }
 
-TEST_F(EpisodeTest, LimitTruncatesOnItsStep) {
+TEST_F(WalkerTest, LimitTruncatesOnItsStep) {
   for (int episode = 0; episode < 2; ++episode) {
     reset();
     step();
@@ -83,7 +83,7 @@ TEST_F(EpisodeTest, LimitTruncatesOnItsStep) {
   }
 }
 
-TEST_F(EpisodeTest, LastStepMayTerminateAndTruncate) {
+TEST_F(WalkerTest, LastStepMayTerminateAndTruncate) {
   reset();
   fake_->length = 3;
   for (int i = 0; i < 3; ++i) step();
@@ -92,7 +92,7 @@ TEST_F(EpisodeTest, LastStepMayTerminateAndTruncate) {
   EXPECT_STREQ(result_.end_reason, "fell");
 }
 
-TEST_F(EpisodeTest, ZeroMeansNoLimit) {
+TEST_F(WalkerTest, ZeroMeansNoLimit) {
   make(0);
   fake_->length = 0;  // never
   reset();
@@ -102,7 +102,7 @@ TEST_F(EpisodeTest, ZeroMeansNoLimit) {
   }
 }
 
-TEST_F(EpisodeTest, RefusesStepsAfterTheEnd) {
+TEST_F(WalkerTest, RefusesStepsAfterTheEnd) {
   reset();
   fake_->length = 2;
   step();
@@ -111,12 +111,12 @@ TEST_F(EpisodeTest, RefusesStepsAfterTheEnd) {
             "step: the episode ended after 2 steps; reset first");
   EXPECT_EQ(fake_->all_steps, 2);
   Sensors sensors;
-  EXPECT_NO_THROW(episode_->sense(sensors)) << "the last state can still be measured";
+  EXPECT_NO_THROW(walker_->sense(sensors)) << "the last state can still be measured";
   reset();
   EXPECT_NO_THROW(step());
 }
 
-TEST_F(EpisodeTest, AFailedStepEndsTheEpisode) {
+TEST_F(WalkerTest, AFailedStepEndsTheEpisode) {
   reset();
   fake_->step_fails = true;
   step();
@@ -134,7 +134,7 @@ TEST_F(EpisodeTest, AFailedStepEndsTheEpisode) {
   EXPECT_FALSE(result_.terminated);
 }
 
-TEST_F(EpisodeTest, RejectsMalformedActions) {
+TEST_F(WalkerTest, RejectsMalformedActions) {
   reset();
   EXPECT_EQ(refused_action({}), "action has 0 values; must have 2, one per joint");
   EXPECT_EQ(refused_action({0}), "action has 1 values; must have 2, one per joint");
@@ -148,14 +148,14 @@ TEST_F(EpisodeTest, RejectsMalformedActions) {
   EXPECT_FALSE(result_.truncated) << "rejected steps do not count";
 }
 
-TEST_F(EpisodeTest, ContinuesFromAGivenGeneratorState) {
-  EXPECT_EQ(episode_->generator_state(), GeneratorState{});
+TEST_F(WalkerTest, ContinuesFromAGivenGeneratorState) {
+  EXPECT_EQ(walker_->generator_state(), GeneratorState{});
   const GeneratorState state = Generator(7).state();
-  episode_->set_generator_state(state);
-  EXPECT_EQ(episode_->generator_state(), state);
+  walker_->set_generator_state(state);
+  EXPECT_EQ(walker_->generator_state(), state);
   reset();
-  EXPECT_EQ(episode_->state().generator_state, state);
-  EXPECT_THROW(episode_->set_generator_state({9, 8, 7, 6, 5, 4}), std::invalid_argument)
+  EXPECT_EQ(walker_->state().generator_state, state);
+  EXPECT_THROW(walker_->set_generator_state({9, 8, 7, 6, 5, 4}), std::invalid_argument)
       << "an increment is odd";
 }
 

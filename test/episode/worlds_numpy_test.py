@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from draws import effects, level
+from draws import disturbances, level
 from gymnasium_reference import equal_bits
 from walker_sim import _core
 from walkers import IDS, make_ours
@@ -171,7 +171,7 @@ def test_pushes_and_errors_of_actions(environment_id):
     for seed in SEEDS:
         episode = np.random.default_rng(seed)
         pushing, acting = derive(episode, "push"), derive(episode, "action")
-        pushes, errors = effects(environment_id, world, seed, 40, size)
+        pushes, errors = disturbances(environment_id, world, seed, 40, size)
         for step in range(1, 41):
             angle = pushing.uniform(0, 2 * math.pi) if step % period == 0 else None
             push = [0, 0] if angle is None else [2 * math.cos(angle), 2 * math.sin(angle)]
