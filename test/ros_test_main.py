@@ -10,7 +10,8 @@ import rostest
 TEST = pathlib.Path(__file__).resolve().parent
 
 if __name__ == "__main__":
-    sys.path[:0] = [str(TEST / room) for room in ("", "agents", "promises", "server", "server/transport")]
+    rooms = ("", "agents", "promises", "server", "server/transport")
+    sys.path[:0] = [str(TEST / room) for room in rooms]
     name = sys.argv[1].rpartition("/")[2]
     rospy.init_node(name)
     rostest.rosrun("walker_sim", name, name, sys.argv)
