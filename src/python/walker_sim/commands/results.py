@@ -263,7 +263,8 @@ def _fields(grid: Grid | None, one: WorldResult) -> dict[str, Any]:
 
 def _outcome(episode: PlayedEpisode) -> dict[str, Any]:
     outcome = dataclasses.asdict(episode)
-    del outcome["order"], outcome["steps"]
+    for name in ("order", "observation_sums", "observation_squares", "steps"):
+        outcome.pop(name, None)  # steps: of a RecordedEpisode
     if not episode.world:
         del outcome["world"]
     outcome["return"] = outcome.pop("episode_return")
