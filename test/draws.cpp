@@ -73,7 +73,7 @@ WALKER_SIM_EXPORT void walker_sim_test_draw(std::uint64_t seed, std::size_t coun
 /// @return their count
 WALKER_SIM_EXPORT std::size_t walker_sim_test_ground(bool hardcore, std::uint64_t seed,
                                                      double* numbers) {
-  const std::vector<double> drawn = walker::bipedal_walker::terrain_numbers(hardcore, seed);
+  const std::vector<double> drawn = walker::bipedal_walker::ground_numbers(hardcore, seed);
   std::copy(drawn.begin(), drawn.end(), numbers);
   return drawn.size();
 }

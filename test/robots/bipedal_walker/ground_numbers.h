@@ -10,7 +10,7 @@ namespace walker::bipedal_walker {
 
 /// Returns 200 ground points, the number of obstacles, 4 points of each, 10 clouds of 5 points, the
 /// push.
-inline std::vector<double> terrain_numbers(bool hardcore, std::uint64_t seed) {
+inline std::vector<double> ground_numbers(bool hardcore, std::uint64_t seed) {
   Generator generator(seed);
   const Ground ground = draw_ground(generator, hardcore);
   const Clouds clouds = generate_clouds(generator);

@@ -78,7 +78,7 @@ TEST(Recordings, TerrainsHaveGymnasiumsDoubles) {
     const bool hardcore = recording.next<bool>();
     const auto seed = recording.next<std::uint64_t>();
     Hash hash;
-    for (const double number : terrain_numbers(hardcore, seed)) hash.add(number);
+    for (const double number : ground_numbers(hardcore, seed)) hash.add(number);
     ASSERT_EQ(hash.value(), recording.next_hexadecimal())
         << "hardcore " << hardcore << ", seed " << seed;
     ++compared[hardcore ? 1 : 0];
