@@ -1,5 +1,4 @@
 """Runs the commands of README and docs/ unchanged and compares their output with the pages.
-from processes import CALLER, LoggedProcess, TIMEOUT, free_port, wait_for
 
 Three dots in the shown output stand for omitted lines or a part of a line. Each test has its own
 ROS master and folder.

@@ -40,18 +40,18 @@ class Restorable {
     options.records_actions = true;
     scratch_.configure(options);
     options.first_seed = first_seed;
-    episode_.configure(options);
+    walker_.configure(options);
   }
 
   void set_world(const World& world) { environment_->set_world(world); }
-  World world() const { return episode_.world(); }
-  void reset(std::optional<std::uint64_t> seed) { episode_.reset(seed); }
-  void step(const std::vector<double>& action) { episode_.step(action); }
-  void push(const LinkWrench& wrench) { episode_.push(wrench); }
-  const Specification& specification() const { return episode_.specification(); }
-  const EpisodeState& state() const { return episode_.state(); }
-  const Sensors& sensors() { return episode_.sensors(); }
-  EpisodeRecord record() const { return episode_.record(); }
+  World world() const { return walker_.world(); }
+  void reset(std::optional<std::uint64_t> seed) { walker_.reset(seed); }
+  void step(const std::vector<double>& action) { walker_.step(action); }
+  void push(const LinkWrench& wrench) { walker_.push(wrench); }
+  const Specification& specification() const { return walker_.specification(); }
+  const EpisodeState& state() const { return walker_.state(); }
+  const Sensors& sensors() { return walker_.sensors(); }
+  EpisodeRecord record() const { return walker_.record(); }
 
   void begin_restore(const EpisodeRecord& record) {
     record_ = record;
@@ -60,7 +60,7 @@ class Restorable {
   bool go_on_restoring(std::chrono::steady_clock::time_point until) {
     return scratch_.repeat(record_, until);
   }
-  void finish_restore() { episode_.take_over(scratch_); }
+  void finish_restore() { walker_.take_over(scratch_); }
 
   void restore(const EpisodeRecord& record) {
     begin_restore(record);
@@ -71,7 +71,7 @@ class Restorable {
  private:
   std::unique_ptr<Environment> environment_;
   std::unique_ptr<Environment> scratch_environment_;
-  Walker& episode_ = walker_of(*environment_);
+  Walker& walker_ = walker_of(*environment_);
   Walker& scratch_ = walker_of(*scratch_environment_);
   EpisodeRecord record_;
 };

@@ -52,7 +52,7 @@ class PlayCall {
     return job < jobs.size() ? std::optional(job) : std::nullopt;
   }
 
-  /// PlayCall between groups of environments, in every thread.
+  /// Call between groups of environments, in every thread.
   /// @throws Stopping; Interrupted in the caller's thread
   void check() const {
     if (is_stopping_) throw Stopping();

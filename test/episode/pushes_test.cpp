@@ -23,10 +23,10 @@ constexpr auto kWhenever = std::chrono::steady_clock::time_point::max();
 
 using Row = std::vector<std::uint64_t>;
 
-Row row_of(const Walker& episode) {
-  std::vector<double> row = episode.state().observation;
-  row.push_back(episode.state().reward);
-  row.insert(row.end(), episode.state().info.begin(), episode.state().info.end());
+Row row_of(const Walker& walker) {
+  std::vector<double> row = walker.state().observation;
+  row.push_back(walker.state().reward);
+  row.insert(row.end(), walker.state().info.begin(), walker.state().info.end());
   return to_bits(row);
 }
 
@@ -37,27 +37,27 @@ bool operator==(const LinkWrench& a, const LinkWrench& b) {
 
 class PushesTest : public testing::TestWithParam<const char*> {
  protected:
-  static std::unique_ptr<Walker> make_walker() {
-    auto walker = walker::make_walker(GetParam());
+  static std::unique_ptr<Walker> make_recorded() {
+    auto walker = make_walker(GetParam());
     walker->configure({std::nullopt, true});
     return walker;
   }
 
   static std::unique_ptr<Walker> begun(const World& world = {}) {
-    auto walker = make_walker();
+    auto walker = make_recorded();
     walker->set_world(world);
     walker->reset(3);
     return walker;
   }
 
-  LinkWrench draw(const Walker& episode) {
-    const std::size_t links = episode.specification().links.size();
+  LinkWrench draw(const Walker& walker) {
+    const std::size_t links = walker.specification().links.size();
     return {static_cast<std::uint32_t>(random_() % links), 40 * unit_(random_), 40 * unit_(random_),
             3 * unit_(random_)};
   }
 
-  std::vector<double> draw_action(const Walker& episode) {
-    std::vector<double> action(episode.specification().action_size());
+  std::vector<double> draw_action(const Walker& walker) {
+    std::vector<double> action(walker.specification().action_size());
     for (double& value : action) value = unit_(random_);
     return action;
   }
@@ -93,7 +93,7 @@ TEST_P(PushesTest, ARecordRepeatsThem) {
     const EpisodeRecord record = original->record();
     ASSERT_EQ(record.pushes.size(), pushed.size());
     for (std::size_t i = 0; i < pushed.size(); ++i) EXPECT_EQ(record.pushes[i].step, pushed[i]);
-    const auto repeated = make_walker();
+    const auto repeated = make_recorded();
     repeated->begin(record);
     for (const Row& row : rows) {  // a step at a time, as a server does
       repeated->repeat(record, {});
@@ -113,7 +113,7 @@ TEST_P(PushesTest, ActInOneStep) {
   walker_->push({0, 20, 10, 0});
   step_both();
   EXPECT_NE(row_of(*walker_), row_of(*other_));
-  const auto repeated = make_walker();
+  const auto repeated = make_recorded();
   repeated->begin(walker_->record());
   EXPECT_TRUE(repeated->repeat(walker_->record(), kWhenever));
   for (int i = 0; i < 20; ++i) {  // without another push
@@ -219,7 +219,7 @@ TEST_P(PushesTest, WrongOnesAreRefused) {
   EXPECT_EQ(refusal({0, 0, -3e6, 0}), "force_z = -3000000 N; must be finite, and at most 2000000");
   EXPECT_EQ(refusal({0, 0, 0, HUGE_VAL}),
             "torque_y = inf N m; must be finite, and at most 2000000");
-  EXPECT_EQ(message_of<ResetNeeded>([] { make_walker()->push({}); }),
+  EXPECT_EQ(message_of<ResetNeeded>([] { make_recorded()->push({}); }),
             "push: there is no episode yet; reset first");
   step_both();
   EXPECT_EQ(row_of(*walker_), row_of(*other_));

@@ -84,7 +84,7 @@ class RecordedEpisodes final : public Episodes {
   }
 
  private:
-  static void prepare(Walker& episode) { episode.configure({std::nullopt, true}); }
+  static void prepare(Walker& walker) { walker.configure({std::nullopt, true}); }
 
   const Case case_;
   std::vector<EpisodeRecord> records_;

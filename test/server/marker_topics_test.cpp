@@ -21,9 +21,9 @@ using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
 /// A walker of one link on ground and floor that counts calls of `sense` and `scene`.
-class CountingWalker : public BareRobot {
+class CountingRobot : public BareRobot {
  public:
-  CountingWalker() {
+  CountingRobot() {
     specification_.id = "Fake-v0";
     specification_.links.resize(1);
     sensors_.link_poses.resize(1);
@@ -65,12 +65,12 @@ class MarkerTopicsTest : public testing::Test {
  protected:
   using Viewer = std::unique_ptr<Inbox<MarkerArray>>;
 
-  MarkerTopicsTest() : MarkerTopicsTest(std::make_unique<CountingWalker>()) {}
+  MarkerTopicsTest() : MarkerTopicsTest(std::make_unique<CountingRobot>()) {}
 
-  explicit MarkerTopicsTest(std::unique_ptr<CountingWalker> walker)
-      : walker_(*walker), episode_(std::move(walker)) {
+  explicit MarkerTopicsTest(std::unique_ptr<CountingRobot> robot)
+      : robot_(*robot), walker_(std::move(robot)) {
     node_.setCallbackQueue(&callbacks_);
-    topics_ = std::make_unique<MarkerTopics>(node_, episode_, "odom");
+    topics_ = std::make_unique<MarkerTopics>(node_, walker_, "odom");
   }
 
   /// Subscribes and waits for the first message.
@@ -91,14 +91,14 @@ class MarkerTopicsTest : public testing::Test {
 
   void begin_episode() {
     stamp_ += ros::Duration(1);
-    episode_.reset(1);
+    walker_.reset(1);
     topics_->begin_episode(stamp_);
     topics_->publish_state(stamp_);
   }
 
   void step() {
     stamp_ += ros::Duration(1);
-    episode_.step({});
+    walker_.step({});
     topics_->publish_state(stamp_);
   }
 
@@ -110,8 +110,8 @@ class MarkerTopicsTest : public testing::Test {
   ros::NodeHandle viewers_;
   ros::CallbackQueue callbacks_;
   ros::NodeHandle node_;
-  CountingWalker& walker_;
-  Walker episode_;
+  CountingRobot& robot_;
+  Walker walker_;
   ros::Time stamp_{100};
   std::unique_ptr<MarkerTopics> topics_;
 };
@@ -121,14 +121,14 @@ TEST_F(MarkerTopicsTest, DoesNothingWithoutSubscribers) {
     begin_episode();
     for (int i = 0; i < 20; ++i) step();
   }
-  EXPECT_EQ(walker_.sensed, 0);
-  EXPECT_EQ(walker_.scenes, 0);
+  EXPECT_EQ(robot_.sensed, 0);
+  EXPECT_EQ(robot_.scenes, 0);
 }
 
 TEST_F(MarkerTopicsTest, BuildsTheSceneOncePerEpisodeAndForNewSubscribers) {
   begin_episode();
   const Viewer viewer = subscribe("scene_markers");
-  EXPECT_EQ(walker_.scenes, 1);
+  EXPECT_EQ(robot_.scenes, 1);
   const MarkerArray scene = viewer->messages().front();
   EXPECT_EQ(scene.markers.front().action, Marker::DELETEALL);
   ASSERT_NE(find(scene, "ground"), nullptr);
@@ -136,9 +136,9 @@ TEST_F(MarkerTopicsTest, BuildsTheSceneOncePerEpisodeAndForNewSubscribers) {
   EXPECT_EQ(find(scene, "ground")->header.frame_id, "odom");
   EXPECT_EQ(find(scene, "ground")->header.stamp, stamp_);
   for (int i = 0; i < 20; ++i) step();
-  EXPECT_EQ(walker_.scenes, 1);
+  EXPECT_EQ(robot_.scenes, 1);
   begin_episode();
-  EXPECT_EQ(walker_.scenes, 2);
+  EXPECT_EQ(robot_.scenes, 2);
   EXPECT_EQ(wait_count(*viewer, 2).size(), 2U) << "not one scene per episode";
 }
 
@@ -147,7 +147,7 @@ TEST_F(MarkerTopicsTest, SendsTheFloorAgainWhenTheWalkerLeavesIt) {
   const Viewer viewer = subscribe("scene_markers");
   constexpr int kSteps = 90;
   for (int i = 0; i < kSteps; ++i) {
-    walker_.x() += 0.05;
+    robot_.x() += 0.05;
     step();
   }
   // The floor moves in steps of four tiles, 2 m. A walk of 4.5 m moves it at x = 1 m and 3 m.
@@ -157,7 +157,7 @@ TEST_F(MarkerTopicsTest, SendsTheFloorAgainWhenTheWalkerLeavesIt) {
     ASSERT_EQ(sent[i].markers.size(), 1U);
     EXPECT_EQ(sent[i].markers[0].ns, "floor");
   }
-  EXPECT_EQ(walker_.scenes, 1);
+  EXPECT_EQ(robot_.scenes, 1);
 }
 
 TEST_F(MarkerTopicsTest, SendsTheStateToNewSubscribers) {
@@ -173,11 +173,11 @@ TEST_F(MarkerTopicsTest, SendsNothingBeforeTheFirstEpisodeOrAfterAFailure) {
   Inbox<MarkerArray> scenes(viewers_, "scene_markers");
   Inbox<MarkerArray> states(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
-  walker_.is_broken = true;
-  episode_.reset(1);
+  robot_.is_broken = true;
+  walker_.reset(1);
   Inbox<MarkerArray> others(viewers_, "state_markers");
   for (int i = 0; i < 20; ++i) callbacks_.callAvailable(ros::WallDuration(0.01));
-  EXPECT_EQ(walker_.sensed + walker_.scenes, 0);
+  EXPECT_EQ(robot_.sensed + robot_.scenes, 0);
   EXPECT_FALSE(scenes.has_any() || states.has_any() || others.has_any());
 }
 
@@ -186,11 +186,11 @@ TEST_F(MarkerTopicsTest, SendsThePathWhenItGrowsAndClearsItAtResets) {
   const Viewer viewer = subscribe("state_markers");
   const std::size_t before = viewer->messages().size();
   for (std::size_t i = 1; i <= 10; ++i) {
-    walker_.x() += 0.6 * Path::kSpacing;
+    robot_.x() += 0.6 * Path::kSpacing;
     step();
     wait_count(*viewer, before + i);  // the publisher's queue is short
   }
-  walker_.x() = 0;
+  robot_.x() = 0;
   begin_episode();
   const std::vector<MarkerArray> sent = wait_count(*viewer, before + 11);
   ASSERT_EQ(sent.size(), before + 11);
@@ -207,17 +207,17 @@ TEST_F(MarkerTopicsTest, ClearsThePathWithoutSubscribers) {
   begin_episode();
   Viewer viewer = subscribe("state_markers");
   for (int i = 0; i < 10; ++i) {
-    walker_.x() += Path::kSpacing + 1e-9;
+    robot_.x() += Path::kSpacing + 1e-9;
     step();
   }
   viewer.reset();
   int sensed = -1;
   wait_until([&] {  // the publisher detects the disconnection asynchronously
-    sensed = walker_.sensed;
+    sensed = robot_.sensed;
     step();
-    return walker_.sensed == sensed;
+    return robot_.sensed == sensed;
   });
-  walker_.x() += 100;
+  robot_.x() += 100;
   viewer = subscribe("state_markers");
   EXPECT_EQ(find(viewer->messages().front(), "path")->action, Marker::DELETE);
 }

@@ -76,7 +76,7 @@ class Physics {
   Physics& operator=(const Physics&) = delete;
   ~Physics() = default;
 
-  /// Creates ground, hull and legs at the start. The world must be empty.
+  /// Creates ground, hull and legs at the start. The b2World must be empty.
   /// @param push horizontal force on the hull during the first step [N]
   void build(const Ground& ground, double push, const Dynamics& dynamics = {});
 
@@ -103,8 +103,8 @@ class Physics {
   void save(StateWriter& writer) const;
 
   /// Reads a state and validates every index.
-  /// @param ground the ground of the destination world
-  /// @return a function that restores the state in a world built with this ground
+  /// @param ground the ground of the destination
+  /// @return a function that restores the state in a b2World built with this ground
   /// @throws std::invalid_argument naming the invalid value
   static std::function<void(Physics&)> read_state(StateReader& reader, const Ground& ground);
 
@@ -166,7 +166,7 @@ class Physics {
   b2World world_;
   Dynamics dynamics_;
   Contacts contacts_;
-  std::vector<b2Body*> ground_;  // obstacles, then the ground
+  std::vector<b2Body*> ground_;  // obstacles, then the line
   b2Body* hull_ = nullptr;
   std::array<b2Body*, kJointCount> limbs_{};
   std::array<b2RevoluteJoint*, kJointCount> joints_{};

@@ -52,7 +52,7 @@ struct GroundBelow {
 };
 
 /// Ground and obstacles. Coordinates are relative to the ground below the robot's first position,
-/// where the ground's start pad has its middle. Before and behind the ground the ground is level.
+/// where the ground's start pad has its middle. At both ends it continues level.
 class BoxGround {
  public:
   BoxGround(Generator& generator, const Level& level);

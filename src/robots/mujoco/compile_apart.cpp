@@ -54,10 +54,9 @@ std::filesystem::path find_program() {
 /// A path by which another process reaches the file that this one reaches by `path`.
 std::string shared_path(const std::string& path) {
   const std::string own = "/proc/" + std::to_string(getpid()) + "/";
-  for (const auto& [name, meant] : {std::pair{"/dev/stdin", "fd/0"}, std::pair{"/dev/fd/", "fd/"},
-                                    std::pair{"/proc/self/", ""}}) {
-    if (path.rfind(name, 0) == 0) return own + meant + path.substr(std::strlen(name));
-  }
+  if (path == "/dev/stdin") return own + "fd/0";
+  if (path.rfind("/dev/fd/", 0) == 0) return own + path.substr(std::strlen("/dev/"));
+  if (path.rfind("/proc/self/", 0) == 0) return own + path.substr(std::strlen("/proc/self/"));
   return path;
 }
 

@@ -120,9 +120,9 @@ class RunningSchedule : public Schedule {
   Clock::time_point resets_again_at_;  // after a failed reset
 };
 
-class FreeDrive : public RunningSchedule {
+class FreeSchedule : public RunningSchedule {
  public:
-  FreeDrive(const ServerOptions& options, Simulation& simulation)
+  FreeSchedule(const ServerOptions& options, Simulation& simulation)
       : RunningSchedule(options, simulation),
         pacer_(simulation.shown().specification().dt, options.real_time_factor) {}
 
@@ -163,9 +163,9 @@ class FreeDrive : public RunningSchedule {
 };
 
 /// Steps as another node's /clock advances.
-class FollowDrive : public RunningSchedule {
+class FollowSchedule : public RunningSchedule {
  public:
-  FollowDrive(const ServerOptions& options, Simulation& simulation)
+  FollowSchedule(const ServerOptions& options, Simulation& simulation)
       : RunningSchedule(options, simulation),
         follower_(static_cast<std::uint64_t>(simulation.clock().dt().toNSec())) {}
 
@@ -221,9 +221,9 @@ const EpisodeState& Schedule::reset(std::optional<std::uint64_t> seed,
 std::unique_ptr<Schedule> make_schedule(const ServerOptions& options, Simulation& simulation) {
   if (options.mode == Mode::lockstep) return std::make_unique<LockstepSchedule>(simulation);
   if (!options.publish_clock && ros::Time::isSimTime()) {
-    return std::make_unique<FollowDrive>(options, simulation);
+    return std::make_unique<FollowSchedule>(options, simulation);
   }
-  return std::make_unique<FreeDrive>(options, simulation);
+  return std::make_unique<FreeSchedule>(options, simulation);
 }
 
 }  // namespace walker

@@ -74,39 +74,37 @@ class BrokenWorldTest : public testing::Test {
     auto walker = std::make_unique<BipedalWalker>(
         kPlain,
         complete_parameters(parameter_descriptions(kPlain), {{"reuse_world", reuse_world}}));
-    walker_ = walker.get();
-    episode_ = std::make_unique<Walker>(std::move(walker));
+    robot_ = walker.get();
+    walker_ = std::make_unique<Walker>(std::move(walker));
     result_.observation = observation_.data();
   }
 
-  void break_world() {
-    const_cast<b2World&>(walker_->physics_->world()).SetContactFilter(&filter_);
-  }
+  void break_world() { const_cast<b2World&>(robot_->physics_->world()).SetContactFilter(&filter_); }
 
   void step_until_the_end() {
     const std::array<double, kJointCount> action{};
     for (int i = 0; i < 500 && !result_.terminated; ++i) {
-      episode_->step(action.data(), action.size(), result_);
+      walker_->step(action.data(), action.size(), result_);
     }
   }
 
   std::array<double, kObservationSize> observation_{};
   Result result_;
   FailingFilter filter_;
-  std::unique_ptr<Walker> episode_;
-  BipedalWalker* walker_ = nullptr;
+  std::unique_ptr<Walker> walker_;
+  BipedalWalker* robot_ = nullptr;
 };
 
 TEST_F(BrokenWorldTest, EndsTheEpisodeAndIsRepairedByTheNextReset) {
   for (const bool reuse_world : {false, true}) {
     make(reuse_world);
-    episode_->reset(1, result_);
+    walker_->reset(1, result_);
     const auto start = observation_;
     break_world();
     step_until_the_end();
     EXPECT_TRUE(result_.terminated);
     EXPECT_STREQ(result_.error, "Box2D failed an assertion");
-    episode_->reset(1, result_);
+    walker_->reset(1, result_);
     EXPECT_EQ(observation_, start);
     EXPECT_STREQ(result_.error, "");
     EXPECT_FALSE(result_.terminated);
@@ -117,11 +115,11 @@ TEST_F(BrokenWorldTest, EndsTheEpisodeAndIsRepairedByTheNextReset) {
 
 TEST_F(BrokenWorldTest, ResetCanFail) {
   make(true);
-  episode_->reset(1, result_);
+  walker_->reset(1, result_);
   break_world();  // destroy() keeps the b2World, and so the filter
-  EXPECT_THROW(episode_->reset(2, result_), std::runtime_error);
+  EXPECT_THROW(walker_->reset(2, result_), std::runtime_error);
   EXPECT_THROW(step_until_the_end(), ResetNeeded);
-  EXPECT_NO_THROW(episode_->reset(2, result_));
+  EXPECT_NO_THROW(walker_->reset(2, result_));
 }
 
 TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
@@ -132,9 +130,9 @@ TEST_F(BrokenWorldTest, DisturbsNoOtherOfItsGroup) {
   for (auto& side : sides) {
     for (std::size_t i = 0; i < kWalkers; ++i) {
       make(false);
-      episode_->reset(i == kBroken ? 1 : 10 + i, result_);
+      walker_->reset(i == kBroken ? 1 : 10 + i, result_);
       if (i == kBroken) break_world();
-      side[i] = std::move(episode_);
+      side[i] = std::move(walker_);
     }
   }
   const std::array<double, kJointCount> action{};

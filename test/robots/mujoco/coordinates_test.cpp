@@ -95,28 +95,28 @@ INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
                                          Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
 
 TEST(Coordinates, ContinueAnEndedEpisode) {
-  const std::unique_ptr<Walker> episode = make_walker("Hopper-v5");
+  const std::unique_ptr<Walker> walker = make_walker("Hopper-v5");
   WalkerOptions options;
   options.records_actions = true;
-  episode->configure(options);
-  episode->reset(1);
-  EXPECT_EQ(episode->is_healthy(), true);
+  walker->configure(options);
+  walker->reset(1);
+  EXPECT_EQ(walker->is_healthy(), true);
   const std::vector<double> standing{0, 1.25, 0, 0, 0, 0};
   const std::vector<double> lying{0, 0.1, 0, 0, 0, 0};
   const std::vector<double> still(6);
-  episode->set_coordinates(lying, still);
-  EXPECT_EQ(episode->is_healthy(), false);
-  EXPECT_FALSE(episode->state().has_ended());
+  walker->set_coordinates(lying, still);
+  EXPECT_EQ(walker->is_healthy(), false);
+  EXPECT_FALSE(walker->state().has_ended());
   const std::vector<double> action(3);
-  episode->step(action);
-  EXPECT_TRUE(episode->state().terminated);
-  EXPECT_THROW(episode->step(action), ResetNeeded);
-  episode->set_coordinates(standing, still);
-  EXPECT_EQ(episode->is_healthy(), true);
-  episode->step(action);
-  EXPECT_FALSE(episode->state().has_ended());
-  EXPECT_EQ(episode->state().step, 2U);
-  EXPECT_THROW(episode->record(), std::logic_error);
+  walker->step(action);
+  EXPECT_TRUE(walker->state().terminated);
+  EXPECT_THROW(walker->step(action), ResetNeeded);
+  walker->set_coordinates(standing, still);
+  EXPECT_EQ(walker->is_healthy(), true);
+  walker->step(action);
+  EXPECT_FALSE(walker->state().has_ended());
+  EXPECT_EQ(walker->state().step, 2U);
+  EXPECT_THROW(walker->record(), std::logic_error);
 }
 
 }  // namespace

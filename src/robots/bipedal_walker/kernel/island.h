@@ -31,7 +31,7 @@
 
 #include "robots/bipedal_walker/kernel/contact.h"
 #include "robots/bipedal_walker/kernel/revolute_joint.h"
-#include "robots/bipedal_walker/kernel/single_world.h"
+#include "robots/bipedal_walker/kernel/single_instance.h"
 
 namespace walker::bipedal_walker::kernel {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
@@ -109,8 +109,8 @@ class IslandLanes {
     load_state();
     prepare_velocities();
     if constexpr (W == 1) {
-      single_world_.solve(model_.velocity_iterations, inverse_masses_, first_slots_, joints_,
-                          contacts_, velocities_);
+      single_instance_.solve(model_.velocity_iterations, inverse_masses_, first_slots_, joints_,
+                             contacts_, velocities_);
     } else {
       solve_velocities();
     }
@@ -349,7 +349,7 @@ class IslandLanes {
   std::array<JointState<Number<W>, Truth<W>>, kJoints> joint_states_;
   std::array<JointLanes<W>, kJoints> joints_;
   struct None {};
-  std::conditional_t<W == 1, SingleWorld, None> single_world_;
+  std::conditional_t<W == 1, SingleInstance, None> single_instance_;
 };
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET

@@ -33,7 +33,7 @@ using KernelChoice = simd::KernelChoice<Kernel>;
 /// @throws std::invalid_argument if WALKER_SIM_KERNEL has an unknown value
 KernelChoice choose_kernel(const Kernels& kernels, const mjModel& model);
 
-/// @param model covered, or another instance's of a covered base model
+/// @param model covered, or a covered base model with a world's values
 ModelValues<double> values_of(const mjModel& model);
 
 /// Selects the faster sincos for `sine_and_cosine_of` if it has the bits of sin and cos on 50,000

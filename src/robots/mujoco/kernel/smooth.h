@@ -3,7 +3,7 @@
 //
 //   M qacc_smooth = qfrc_smooth = -damping qvel - bias + force
 //
-// Inputs: qpos, qvel, force (of motors and push), the instance's values. No state. Units: m, rad,
+// Inputs: qpos, qvel, force (of motors and push), the world's values. No state. Units: m, rad,
 // kg, s. Spatial vectors are about the robot's centre of mass (algebra.h). MuJoCo's functions mj_*,
 // in order, for a body b with parent p and a degree of freedom j with the axis e and the anchor o:
 //

@@ -331,7 +331,7 @@ __attribute__((noinline)) inline Planar::Number solve(SingleContact* begin,
 
 /// The constraints of a single instance. This is a member of an object and no local variable, so
 /// that the compiler leaves it in memory and keeps registers for the bodies.
-class SingleWorld {
+class SingleInstance {
  public:
   /// Runs all velocity iterations, in the order of IslandLanes::solve_velocities.
   /// @param first_contacts indices of each body's first contact, and the number of contacts
