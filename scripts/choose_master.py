@@ -33,13 +33,15 @@ def probe(uri):
     except ConnectionRefusedError:
         if host in {"localhost", "127.0.0.1", "::1", socket.gethostname()}:
             return False
-        raise ValueError(f"no ROS master answers at {uri}, and it is another machine's") from None
+        raise ValueError(
+            f"no ROS master answers at {uri}, and none can be started there: it is another machine"
+        ) from None
     except socket.gaierror:
         raise ValueError(f"ROS_MASTER_URI = {uri}: the name {host} is not known") from None
     except Exception as error:  # a program that is no master may answer anything
         raise ValueError(f"no ROS master answers at {uri} ({error})") from None
     if code != 1:
-        raise ValueError(f"the program at {uri} is no ROS master")
+        raise ValueError(f"the program at {uri} is not a ROS master")
     return True
 
 

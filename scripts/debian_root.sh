@@ -30,7 +30,7 @@ debian_archive() {
     includes=$(IFS=,; echo "${packages[*]}")
     quiet "debootstrap_$suite" debootstrap --variant=minbase --cache-dir="$debian_roots/packages" \
       --include="$includes" "$suite" "$root" "$(debian_mirror)" || {
-      say "Debian's $suite cannot be had from $(debian_mirror): WALKER_SIM_DEBIAN_MIRROR names another server"
+      say "Debian's $suite cannot be downloaded from $(debian_mirror); WALKER_SIM_DEBIAN_MIRROR may name another server"
       return 1
     }
     rm -rf "$root"/var/cache/apt/archives/*.deb

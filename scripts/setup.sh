@@ -56,7 +56,7 @@ quiet() {
   "$@" >"$log" 2>&1 </dev/null || status=$?
   if [ "$status" -ne 0 ]; then
     tail -n 40 "$log" | sed 's/^/  | /' >&2
-    say "${0##*/}: failed with status $status; all of it is in $log"
+    say "${0##*/}: failed with status $status; its whole output is in $log"
   fi
   return "$status"
 }
@@ -102,8 +102,8 @@ check_system() {
       "ROS Noetic" ;;
   esac
   case $root in
-    *[[:space:]\;\"\'\$\\]*) die "the path $root has a blank or one of ; \" ' \$ \\ in it," \
-      "which catkin cannot work in: move this folder" ;;
+    *[[:space:]\;\"\'\$\\]*) die "the path $root contains a blank or one of ; \" ' \$ \\," \
+      "which catkin does not support: move this folder" ;;
   esac
 }
 

@@ -69,8 +69,8 @@ def pythons_version():
     ("arguments", "words"),
     [
         (["--no-such"], "--no-such: unknown"),
-        (["--no-try", "--only-try"], "--no-try and --only-try: must be one of them"),
-        (["--wheel-dir"], "--wheel-dir without a folder"),
+        (["--no-try", "--only-try"], "--no-try and --only-try: only one of them"),
+        (["--wheel-dir"], "--wheel-dir: needs a folder"),
         (["3.4"], "PYTHON = 3.4: must be a CPython 3.8 or later"),
         (["/bin/true"], "PYTHON = /bin/true: must be a CPython 3.8 or later"),
         # Python of a virtual environment
