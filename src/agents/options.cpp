@@ -61,8 +61,8 @@ AgentOptions read_agent_options() {
     if (const auto seed = parse_seed("seeds", text)) options.seeds.push_back(*seed);
   }
   if (!options.env.empty() && !options.seeds.empty()) {
-    throw std::invalid_argument("seeds = " + seeds + ": needs a server to begin episodes; env = " +
-                                options.env + " means that there is none");
+    throw std::invalid_argument("seeds = " + seeds + ": must be empty with env = " + options.env +
+                                ", because then no server begins the episodes");
   }
   return options;
 }
@@ -71,7 +71,7 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
   if (options.agent != "policy") {
     if (!options.policy.empty()) {
       throw std::invalid_argument("policy = " + options.policy +
-                                  ": is for the agent policy; agent = " + options.agent);
+                                  ": must be empty with agent = " + options.agent);
     }
     if (options.agent != "heuristic" && options.agent != "random") {
       throw std::invalid_argument("agent = " + options.agent +

@@ -22,7 +22,7 @@ constexpr double kPause = 0.25;  // between attempts to connect [s]
 Specification to_specification(const ServerSpecification& server) {
   if (server.num_envs > 1) {
     throw std::invalid_argument("the server has num_envs = " + std::to_string(server.num_envs) +
-                                "; an agent drives 1; for several, call ~step_batch");
+                                "; must be 1 for an agent; a client of ~step_batch drives several");
   }
   Specification made;
   try {

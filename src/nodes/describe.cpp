@@ -26,12 +26,10 @@ namespace {
 
 constexpr const char* kUsage =
     "Usage: describe [--urdf FILE] [--meshes FOLDER] [--engine] [--] [ID [NAME=VALUE ...]]\n"
-    "Describes environment ID (BipedalWalker-v3) as URDF, read off its running world.\n"
+    "Prints the URDF of environment ID (default: BipedalWalker-v3), made from its simulation.\n"
     "  NAME=VALUE       parameters of the environment, e.g. xml_file=/path/model.xml\n"
-    "  --urdf FILE      writes the URDF there; without, it goes to the terminal\n"
-    "  --meshes FOLDER  copies the package's meshes there (an existing folder), under the names "
-    "that\n"
-    "                   the URDF has for them\n"
+    "  --urdf FILE      writes the URDF to FILE instead\n"
+    "  --meshes FOLDER  copies the meshes that the URDF names to FOLDER, which must exist\n"
     "  --engine         prints the engine, its version and its file instead\n"
     "  --               ends the options\n";
 

@@ -12,10 +12,11 @@ namespace {
 
 constexpr const char* kUsage =
     "Usage: replay BAG [BAG ...]\n"
-    "Repeats every episode of every walker in the bags (several: the parts of one recording) and\n"
-    "compares observations, rewards, flags and info with the recorded ones to the bit, by their\n"
-    "checksums. To record every episode, or those that end while it records:\n"
+    "Repeats every episode of every walker in the bags and compares observations, rewards, flags\n"
+    "and info with the recorded ones to the bit, by their checksums. Several bags must be parts\n"
+    "of one recording. To record every episode:\n"
     "  roslaunch walker_sim walker.launch recording:=FILE.bag agent:=random\n"
+    "To record the episodes that end while rosbag runs:\n"
     "  rosbag record episode_record\n"
     "Exit status: 0 all that was compared is equal; 1 something differs, episodes are missing, or\n"
     "nothing was compared; 2 bad usage, or a bag that cannot be read\n";

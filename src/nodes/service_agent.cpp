@@ -78,7 +78,8 @@ void run() {
   const AgentOptions options = read_agent_options();
   if (!options.env.empty()) {
     throw std::invalid_argument("env = " + options.env +
-                                ": is for the topic agent; this one asks its server");
+                                ": must be empty for the service agent, whose server has the "
+                                "environment; the topic agent takes it");
   }
   RemoteServer server(ros::NodeHandle(), options.server);
   const std::optional<Specification> specification = server.specification();

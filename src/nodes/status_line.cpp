@@ -85,6 +85,6 @@ void print_status() {
 
 int main(int argc, char** argv) {
   const walker::NodeDescription node{"status_line", "status_line",
-                                     "Prints one line per second on how a walker fares."};
+                                     "Prints one status line per second."};
   return walker::run_node(argc, argv, node, print_status);
 }

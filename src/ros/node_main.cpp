@@ -214,7 +214,7 @@ void check_master(const std::vector<std::string>& arguments) {
   constexpr std::uint32_t kMaxPort = 65535;
   if (uri.empty() || !ros::network::splitURI(uri, host, port) || port == 0 || port > kMaxPort) {
     throw std::invalid_argument(name + uri + ": must be the ROS master's address, " +
-                                "http://HOST:PORT; http://localhost:11311 is roscore's");
+                                "http://HOST:PORT; roscore's is http://localhost:11311");
   }
 }
 
@@ -236,7 +236,7 @@ std::string help_text(const NodeDescription& node) {
             parameter.description + "\n";
   }
   if (!node.more_parameters.empty()) {
-    text += "\nParameters of the environment and of its camera, not all of every environment:\n ";
+    text += "\nParameters of the environments and of their cameras; each environment has some:\n ";
     for (const std::string& name : node.more_parameters) text += " " + name;
     text += '\n';
   }
@@ -260,7 +260,7 @@ void check_arguments(const std::vector<std::string>& arguments, const NodeDescri
     const std::string beginning = probable_beginning(bare_name(name), node);
     std::string error;
     if (!beginning.empty() && !(is_by_roslaunch && ros::names::validate(value, error))) {
-      std::string text = "remaps a topic or a service, and none of this node is called ";
+      std::string text = "remaps a topic or a service, but this node has none that is called ";
       text.append(name).append("; did you mean ").append(beginning).append(value).append("?");
       refuse(argument, text);
     }

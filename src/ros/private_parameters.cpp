@@ -68,7 +68,7 @@ Parameters private_parameters() {
   const std::string prefix = ros::this_node::getName() + "/";
   std::vector<std::string> names;
   if (!ros::param::getParamNames(names)) {
-    throw std::invalid_argument("parameters: the ROS master does not list them");
+    throw std::invalid_argument("parameters: the ROS master does not answer with their list");
   }
   Parameters found;
   for (const std::string& full : names) {
@@ -117,8 +117,7 @@ std::optional<std::uint64_t> parse_seed(const std::string& name, const std::stri
   const auto [stop, error] = std::from_chars(text.data(), end, seed);
   if (error == std::errc() && stop == end) return seed;
   throw std::invalid_argument("parameter " + name + " = " + text +
-                              ": must be a decimal text from 0 to 18446744073709551615, or empty "
-                              "for a drawn one");
+                              ": must be a decimal integer in [0, 18446744073709551615], or empty");
 }
 
 }  // namespace walker

@@ -157,8 +157,9 @@ std::vector<ParameterDescription> server_parameters() {
        "Publish /clock; false: follow it in mode free, which needs /use_sim_time.", 0, 0},
       {"paused", false, "", "Start paused in mode free.", 0, 0},
       {"spin_us", std::int64_t{kMeasuredSpin}, "us",
-       "Longest time to poll for the next request after an answer before the server blocks, while "
-       "requests come that soon; 0: none; -1: twenty times what waking a thread costs here.",
+       "Longest time that the server polls for the next request after an answer, before it blocks; "
+       "it polls only while requests come that soon. 0: never; -1: twenty times what waking a "
+       "thread costs here.",
        kMeasuredSpin, kMaxSpinMicroseconds},
       {"realtime_priority", std::int64_t{0}, "",
        "Priority under SCHED_FIFO of the thread that steps, before all ordinary threads of the "
@@ -169,13 +170,13 @@ std::vector<ParameterDescription> server_parameters() {
        "node subscribes to episode_record, which replay needs. Empty: do not wait.",
        0, 0},
       {"tf_prefix", std::string(), "",
-       "Prefix of all frames; where it is not given, the nearest tf_prefix up the namespaces "
-       "counts.",
+       "Prefix of all frames. If it is not given, the nearest tf_prefix in the enclosing "
+       "namespaces is used.",
        0, 0},
       {"max_topic_rate", 100.0, "1/s",
-       "States per second of wall time that topics show in mode lockstep while calls follow each "
-       "other within 1 ms; transition, episode and episode_record have all, pictures keep "
-       "camera_rate. 0: all states.",
+       "Largest number of states per second of wall time that topics show in mode lockstep while "
+       "calls follow each other within 1 ms. transition, episode and episode_record have all "
+       "states; pictures keep camera_rate. 0: all states.",
        0, kMaxTopicRate},
       {"camera_rate", 25.0, "1/s",
        "Pictures per second of simulation time while there are subscribers; 0: one per state.", 0,

@@ -110,7 +110,7 @@ class AgentNodesTest(ServerTest):
     def test_unsuitable_servers_are_refused(self):
         self.serve(mode="lockstep", num_envs=3)
         for node_type in AGENTS:
-            self.assert_refused(node_type, ["num_envs = 3", "drives 1", "~step_batch"])
+            self.assert_refused(node_type, ["num_envs = 3; must be 1", "~step_batch"])
         self.server.stop()
         self.serve()
         self.assert_refused("service_agent", ["lockstep"])

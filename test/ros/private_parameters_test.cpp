@@ -73,8 +73,7 @@ TEST(PrivateParameters, RejectInvalidSeeds) {
   for (const char* text : {"-1", "1.0e+300", ".nan", "5.0", "18446744073709551616", "1 2"}) {
     EXPECT_EQ(message_of<std::invalid_argument>([&] { parse_seed("seed", text); }),
               "parameter seed = " + std::string(text) +
-                  ": must be a decimal text from 0 to 18446744073709551615, or empty for a drawn "
-                  "one");
+                  ": must be a decimal integer in [0, 18446744073709551615], or empty");
   }
 }
 
