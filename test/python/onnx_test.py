@@ -117,14 +117,14 @@ def test_another_policy_is_an_error(tmp_path, command, monkeypatch):
     out = tmp_path / "policy.onnx"
     out.write_bytes(b"earlier")
     said = command("convert", shipped_policy(ID), out, status=1).out
-    assert said.endswith(f"is above 1e-05: another policy, so {out} is not written\n")
+    assert said.endswith(f"is above 1e-05, so {out} is not written\n")
     assert out.read_bytes() == b"earlier"
 
 
 def test_error_names_invalid_argument(tmp_path, command):
     policy, out = shipped_policy(ID), tmp_path / "policy.onnx"
     for given, words in (
-        ([policy, tmp_path / "policy.zip"], "policy.zip: must end in .onnx, made of "),
+        ([policy, tmp_path / "policy.zip"], "policy.zip: must end in .onnx if made from "),
         ([policy, out, "--id", ID], "--id: not allowed with "),
         ([policy, out, "--normalization", "a.pkl"], "--normalization: not allowed with "),
         ([tmp_path / "none.safetensors", out], "none.safetensors: no such file"),

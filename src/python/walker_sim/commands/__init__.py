@@ -17,9 +17,9 @@ from walker_sim.files import naming
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
     "play": "shows a walker in a window, in real time",
-    "record": "writes episodes to a file or a data set, or checks that a file's repeat to the bit",
+    "record": "writes episodes to a file or a data set, or checks those of a file to the bit",
     "train": "trains a policy with Stable-Baselines3 on many walkers at once",
-    "convert": "converts a model of Stable-Baselines3 or ONNX to a policy file, or one to ONNX",
+    "convert": "converts Stable-Baselines3 or ONNX models to policy files, policy files to ONNX",
     "bench": "measures steps per second beside Gymnasium's own walker",
     "worlds": "lists the presets and the parameters of --world, with their limits",
     "hash": "prints one number for all bits of a fixed run, to compare machines",

@@ -40,8 +40,8 @@ scaled to them. Of several outputs, as those of Stable-Baselines3's PPO, one mus
 size.
 A MODEL.onnx that this command has written gives the same policy file again.
 
-FILE.onnx maps the environment's observations as they are, input "observation" of shape (n,
-observation size) and of their type, to limited actions, output "action", float32: it contains the
+FILE.onnx has the input "observation", the environment's own observations of shape (n, observation
+size) in their type, and the output "action", float32, within the action's limits. It contains the
 normalisation.
 
 examples:
@@ -76,7 +76,7 @@ def run(arguments: Sequence[str]) -> int:
     if suffix is None:
         raise InputError(f"{options.model}: must end in .zip, .onnx or .safetensors")
     if options.out.suffix != suffix:
-        raise InputError(f"{options.out}: must end in {suffix}, made of {options.model}")
+        raise InputError(f"{options.out}: must end in {suffix} if made from {options.model}")
     try:
         status = _to_onnx(options) if suffix == ".onnx" else _to_policy(options)
     except (models.ModelError, ImportError) as error:
@@ -136,7 +136,7 @@ def _write(out: Path, content: bytes, policy: PolicyFile, difference: float, whe
         f" {difference:.2g} on {CHECKS} {where}"
     )
     if not difference <= TOLERANCE:
-        print(f"the difference is above {TOLERANCE:g}: another policy, so {out} is not written")
+        print(f"the difference is above {TOLERANCE:g}, so {out} is not written")
         return 1
     return 0
 

@@ -34,8 +34,8 @@ determines its episode: --num-envs, --num-threads and --transport change the dur
 of the result.
 
 With --grid, or with several worlds, it plays the same seeds in each world and in Gymnasium's, and
-prints a table: mean return, share that fell, and the difference to Gymnasium's world by pairs of
-equal seeds, each mean with its 95 % confidence interval.
+prints a table: mean return, share of episodes that fell, and mean of a seed's return minus its
+return in Gymnasium's world. Each mean has its 95 % confidence interval.
 """
 
 EPILOG = f"""\
@@ -98,8 +98,8 @@ def _parser() -> common.Parser:
         action="append",
         default=[],
         metavar="NAME=VALUES",
-        help="values of a parameter of the world, FIRST:END:STEP with END or VALUE,VALUE,..., in "
-        "each --world: push_impulse=0:40:10. Given twice, all pairs of values",
+        help="values of a parameter for each --world, as FIRST:END:STEP, which includes END, or "
+        "VALUE,VALUE,...: push_impulse=0:40:10. Two --grid options play all pairs of values",
     )
     common.add_walker_options(parser)
     common.add_num_envs(parser)

@@ -20,10 +20,11 @@ STEPS = 10_000
 
 DESCRIPTION = f"""\
 Plays a run in which every bit is fixed and prints the SHA-256 of all observations, rewards, flags
-and infos: {NUM_WALKERS} walkers of each environment with the seeds 0 to {NUM_WALKERS - 1}. Even
-seeds act by the heuristic, odd seeds at random. Threads, environments at once, processor, compiler
-and transport do not change the hash; docs/reliability.md lists the expected ones. Those of Walker2d
-and Hopper depend on the C library's sin, cos and pow, whose variant is printed as "libm".
+and infos: {NUM_WALKERS} walkers of each environment with the seeds 0 to {NUM_WALKERS - 1}. Walkers
+with even seeds act by the heuristic, those with odd seeds at random. Threads, environments at once,
+processor, compiler and transport do not change the hash; docs/reliability.md lists the expected
+hashes. Those of Walker2d and Hopper depend on the C library's sin, cos and pow, whose variant is
+printed as "libm".
 """
 
 EPILOG = f"""\

@@ -63,7 +63,7 @@ WORLD_HELP = (
     "level, physics, disturbances, delays and noise: a preset's name, a YAML file, or a text: "
     "'{gravity: -5, push_interval: [1, 3]}'. `worlds` lists presets and parameters"
 )
-DEFAULT_WORLD = "Gymnasium's; a server has its own and keeps what is given"
+DEFAULT_WORLD = "Gymnasium's, or over ROS the server's; a server keeps the world that it is given"
 
 
 def add_world(parser: Parser, default: str = DEFAULT_WORLD) -> None:
@@ -101,8 +101,8 @@ def add_num_envs(parser: Parser) -> None:
         "--num-envs",
         type=count,
         metavar="N",
-        help=f"environments stepped at once, which changes no result (default: {DEFAULT_NUM_ENVS}; "
-        "over ROS 1, and it must be the server's number)",
+        help="environments stepped at once, which changes no result (default: "
+        f"{DEFAULT_NUM_ENVS}, over ROS 1; over ROS it must be the server's num_envs)",
     )
 
 
@@ -120,8 +120,8 @@ def add_episodes(parser: Parser, episodes: int) -> None:
         "--seeds",
         type=_seeds,
         metavar="SEEDS",
-        help="one episode for each seed, given as ranges FIRST:END, without END, and single seeds: "
-        "0:100 or 3,7,20:30",
+        help="one episode for each seed, given as single seeds and as ranges FIRST:END, which end "
+        "before END: 0:100 or 3,7,20:30",
     )
     group.add_argument(
         "--episodes",

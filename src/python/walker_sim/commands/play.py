@@ -40,13 +40,14 @@ Q, Esc           quit"""
 PUSHES = {"LEFT": (-1, 0), "RIGHT": (1, 0), "UP": (0, 1), "DOWN": (0, -1)}  # x and z, by key
 
 DESCRIPTION = """\
-Shows a walker in a window in real time, one episode for each seed, repeatedly. A line below the
-picture has the episode, its seed, step and return, the speed, and how the episode ended. Needs
-pygame: pip install "walker_sim[window]".
+Shows a walker in a window in real time, one episode for each seed, and then again from the first
+seed. A line below the picture has the episode, its seed, step and return, the speed, and how the
+episode ended. Needs pygame: pip install "walker_sim[window]".
 
-An arrow key pushes the trunk in the next step, by the impulse that a world's push_impulse has by
-default; keys in the same step add up. An episode with such a push is not that of its seed, and its
-line says so. Over ROS publish on the topic push instead.
+An arrow key pushes the trunk in the next step. The impulse is the default of a world's parameter
+push_impulse; keys in the same step add up. After such a push the episode is no longer the one that
+its seed gives, so the line printed at its end counts the pushes. Over ROS publish on the topic push
+instead.
 """
 
 EPILOG = f"""\
@@ -249,7 +250,7 @@ def run(arguments: Sequence[str]) -> int:
         type=common.positive,
         default=1.0,
         metavar="FACTOR",
-        help="initial simulation time per wall time (default: 1)",
+        help="speed at the start: simulation time over wall time (default: 1)",
     )
     common.add_world(parser)
     common.add_walker_options(parser)

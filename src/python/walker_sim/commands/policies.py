@@ -25,7 +25,7 @@ Policies = Callable[[int], Policy]
 
 POLICY_HELP = """\
 POLICY is one of
-  heuristic        for BipedalWalker Gymnasium's, for Walker2d and Hopper a linear gait (default)
+  heuristic        Gymnasium's for BipedalWalker, a linear gait for Walker2d and Hopper (default)
   random           uniform between the action's bounds, from a generator with the episode's seed
   zero             zero actions
   shipped          the trained network that the package includes for ID

@@ -68,7 +68,7 @@ def _parser() -> common.Parser:
         "--steps",
         type=common.count,
         metavar="N",
-        help="total steps, without the settings' further stages (default: the settings')",
+        help="total steps, in one stage instead of the settings' stages (default: the settings')",
     )
     parser.add_argument(
         "--seed", type=common.count_or_zero, metavar="N", help="seed (default: the settings')"
