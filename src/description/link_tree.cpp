@@ -21,7 +21,7 @@ std::string branch_of(const Specification& specification, const Joint& joint) {
     }
     inner = &*next;
   }
-  throw std::invalid_argument("joint " + joint.name + ": hangs in a circle of joints");
+  throw std::invalid_argument("joint " + joint.name + ": its parents form a cycle");
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ void check_steps(const Specification& specification, const World& world) {
     if (to_steps(found->second.high, specification.dt) != 0) continue;
     throw std::invalid_argument("world parameter " + std::string(name) + " = " +
                                 shortest_text(found->second.high) +
-                                " s: is shorter than half a step of " + specification.id + ", " +
-                                shortest_text(specification.dt) + " s");
+                                " s: is shorter than half a step of " + specification.id + " (" +
+                                shortest_text(specification.dt / 2) + " s)");
   }
 }
 
@@ -256,7 +256,7 @@ void Disturbances::load(StateReader& reader) {
   read(reader, action_.size(), actions_);
   read(reader, observed_.size(), observations_);
   if (actions_.size() != action_delay_ || observations_.size() > observation_delay_ + 1U) {
-    refuse_state("its delayed actions or observations are not those of its delays");
+    refuse_state("the number of its delayed actions or observations contradicts its delays");
   }
 }
 

@@ -31,7 +31,7 @@ void compare_parameters(const EpisodeRecord& record, const EpisodeRecord& own) {
   std::map<std::string, std::string> recorded;
   for (const auto& [name, value] : record.parameters) {
     if (recorded.emplace(name, value).second) continue;
-    throw std::invalid_argument("parameter " + shortened(name) + " stands twice in the record");
+    throw std::invalid_argument("parameter " + shortened(name) + " is given twice in the record");
   }
   const std::string absent = "(absent)";
   for (const auto& [name, value] : own.parameters) {
@@ -77,7 +77,8 @@ void check_wrench(const LinkWrench& wrench, const Specification& specification) 
   const auto check = [](const char* name, double value, const char* unit) {
     if (std::abs(value) <= kMaxTurnedPush) return;
     throw std::invalid_argument(std::string(name) + " = " + shortest_text(value) + unit +
-                                "; must be finite, and at most " + shortest_text(kMaxTurnedPush));
+                                "; must be in [-" + shortest_text(kMaxTurnedPush) + ", " +
+                                shortest_text(kMaxTurnedPush) + "]");
   };
   check("force_x", wrench.force_x, " N");
   check("force_z", wrench.force_z, " N");
@@ -108,8 +109,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   if (!libm.empty() && !own_libm.empty()) compare("libm", libm, own_libm);
   if (!specification.episodes_are_independent) {
     throw std::invalid_argument(
-        "an episode of this environment depends on those before it (parameter reuse_world), which "
-        "a record does not have");
+        "reuse_world = true: an episode depends on those before it, which a record does not have");
   }
   check_world(record.id, as_numbers(record.world));
   if (record.seed && Generator(*record.seed).state() != record.generator_state) {
@@ -138,11 +138,11 @@ EpisodeRecord Walker::record() const {
   }
   if (was_loaded_) {
     throw std::logic_error(
-        "the episode goes on from a saved state; how it came there is not known");
+        "the episode continues from a saved state, and the steps before it are not known");
   }
   if (state_.step > kMaxRecordedSteps) {
     throw std::logic_error("the episode has " + std::to_string(state_.step) +
-                           " steps; the record was given up after " +
+                           " steps; a record can have at most " +
                            std::to_string(kMaxRecordedSteps));
   }
   EpisodeRecord record = describe_origin(specification());

@@ -334,7 +334,7 @@ void Pool::reset(const std::vector<std::uint32_t>& environments,
   const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
   if (!seeds.empty() && seeds.size() != listed.size()) {
     throw std::invalid_argument(std::to_string(seeds.size()) + " seeds; must be 0, or " +
-                                std::to_string(listed.size()) + " as the environments");
+                                std::to_string(listed.size()) + ", one per environment");
   }
   for (std::size_t i = 0; i < listed.size(); ++i) {
     Slot& slot = pool.slots[listed[i]];
@@ -413,7 +413,7 @@ void Pool::load_states(const std::vector<std::uint32_t>& environments,
   const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
   if (states.size() != listed.size()) {
     throw std::invalid_argument(std::to_string(states.size()) + " states; must be " +
-                                std::to_string(listed.size()) + " as the environments");
+                                std::to_string(listed.size()) + ", one per environment");
   }
   std::vector<std::function<void()>> loads(states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -438,7 +438,7 @@ void Pool::set_world(const std::vector<std::uint32_t>& environments,
   const std::vector<std::uint32_t>& listed = pool.checked_list(environments);
   if (worlds.size() != 1 && worlds.size() != listed.size()) {
     throw std::invalid_argument(std::to_string(worlds.size()) + " worlds; must be 1, or " +
-                                std::to_string(listed.size()) + " as the environments");
+                                std::to_string(listed.size()) + ", one per environment");
   }
   std::vector<std::shared_ptr<const CheckedWorld>> checked(worlds.size());
   for (std::size_t i = 0; i < worlds.size(); ++i) {

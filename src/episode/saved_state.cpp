@@ -96,7 +96,7 @@ void read(StateReader& reader, EpisodeState& state) {
     state.end_reason = (state.terminated ? "terminated: " : "truncated: ") + end_reason;
   }
   state.error = reader.text();
-  if (phase != phase_of(state)) refuse_state("its phase is not that of its outcome");
+  if (phase != phase_of(state)) refuse_state("its phase contradicts its outcome");
 }
 
 World read_world(StateReader& reader) { return parse_world(reader.text(), "of the state"); }

@@ -108,13 +108,17 @@ Network read_network(const Tensors& tensors, std::map<std::string, std::string>&
       is_first("output", take(metadata, "output"), "clip", "tanh") ? Output::clip : Output::tanh;
   network.mean = vector(tensors, "observation.mean", 0);
   network.deviation = vector(tensors, "observation.deviation", network.mean.size());
-  if (network.deviation.minCoeff() <= 0) {
-    throw std::invalid_argument("observation.deviation has a value that is not above 0");
+  Eigen::Index at = 0;
+  if (network.deviation.minCoeff(&at) <= 0) {
+    throw std::invalid_argument("observation.deviation[" + std::to_string(at) + "] = " +
+                                shortest_text(network.deviation[at]) + "; must be above 0");
   }
   network.low = vector(tensors, "action.low", 0).cast<float>();
   network.high = vector(tensors, "action.high", network.low.size()).cast<float>();
-  if ((network.high - network.low).minCoeff() <= 0) {
-    throw std::invalid_argument("action.high is not above action.low");
+  if ((network.high - network.low).minCoeff(&at) <= 0) {
+    throw std::invalid_argument("action.high[" + std::to_string(at) +
+                                "] = " + shortest_text(network.high[at]) +
+                                "; must be above action.low, " + shortest_text(network.low[at]));
   }
   Eigen::Index inputs = network.mean.size();
   const std::size_t count = read_layer_count(take(metadata, "layers"));
@@ -124,7 +128,8 @@ Network read_network(const Tensors& tensors, std::map<std::string, std::string>&
   }
   if (inputs != network.low.size()) {
     throw std::invalid_argument("its last layer has " + std::to_string(inputs) +
-                                " outputs; its action " + std::to_string(network.low.size()));
+                                " outputs; must have " + std::to_string(network.low.size()) +
+                                ", as action.low has");
   }
   return network;
 }
@@ -135,8 +140,8 @@ void check_limits(const char* name, const Eigen::VectorXf& ours,
     const float value = ours[static_cast<Eigen::Index>(i)];
     if (value != static_cast<float>(theirs[i])) {
       throw std::invalid_argument(std::string(name) + " of action " + std::to_string(i) + " is " +
-                                  shortest_text(value) + " there and " + shortest_text(theirs[i]) +
-                                  " here");
+                                  shortest_text(value) + "; the environment's is " +
+                                  shortest_text(theirs[i]));
     }
   }
 }

@@ -159,7 +159,9 @@ Tensor read_tensor(const std::string& name, const Entry& entry, const char* begi
   std::size_t count = 1;
   for (const std::size_t extent : entry.shape) {
     if (extent == 0 || extent > kMaxValues / count) {
-      throw std::invalid_argument(name + " has an extent of " + std::to_string(extent));
+      throw std::invalid_argument(name + " has an extent of " + std::to_string(extent) +
+                                  "; must be above 0, for at most " + std::to_string(kMaxValues) +
+                                  " values in all");
     }
     count *= extent;
   }
@@ -184,9 +186,9 @@ Tensor read_tensor(const std::string& name, const Entry& entry, const char* begi
                                 "needs " + std::to_string(needed));
   }
   if (to - from > left) {
-    throw std::invalid_argument(name + " has " + std::to_string(to - from) + " bytes; of all " +
-                                std::to_string(size) + " the other tensors leave " +
-                                std::to_string(left));
+    throw std::invalid_argument(name + " has " + std::to_string(to - from) +
+                                " bytes; the other tensors leave " + std::to_string(left) +
+                                " of the " + std::to_string(size));
   }
   left -= to - from;
   tensor.values.reserve(count);
@@ -208,13 +210,16 @@ Tensor read_tensor(const std::string& name, const Entry& entry, const char* begi
 Tensors read_safetensors(const std::vector<char>& data) {
   std::uint64_t header_size = 0;
   if (data.size() < sizeof(header_size)) {
-    throw std::invalid_argument("it has " + std::to_string(data.size()) + " bytes");
+    throw std::invalid_argument("it has " + std::to_string(data.size()) +
+                                " bytes; must have at least " +
+                                std::to_string(sizeof(header_size)));
   }
   header_size = read_as<std::uint64_t>(data.data());
   const std::size_t rest = data.size() - sizeof(header_size);
   if (header_size > rest || header_size > kMaxHeader) {
-    throw std::invalid_argument("its header should have " + std::to_string(header_size) +
-                                " bytes; the file has " + std::to_string(data.size()));
+    throw std::invalid_argument("it declares a header of " + std::to_string(header_size) +
+                                " bytes; must be at most " +
+                                std::to_string(std::min(rest, kMaxHeader)));
   }
   const char* const header = data.data() + sizeof(header_size);
   const char* const values = header + header_size;

@@ -129,7 +129,7 @@ TEST_F(DisturbancesTest, RefusesDelaysOfNoStep) {
                 walker_->set_world(World{{name, {0.009, 0.009}}});
               }),
               "world parameter " + name +
-                  " = 0.009 s: is shorter than half a step of BipedalWalker-v3, 0.02 s");
+                  " = 0.009 s: is shorter than half a step of BipedalWalker-v3 (0.01 s)");
     walker_->set_world(World{{name, {0.01, 0.01}}});
   }
 }

@@ -314,7 +314,7 @@ TEST(EpisodeRecords, HasNoRecordOfAnEndlessEpisodeAndRefusesOne) {
   EXPECT_EQ(longest.actions.size(), 2 * kMaxRecordedSteps);
   simulation.step(action);
   EXPECT_EQ(message_of<std::logic_error>([&] { simulation.record(); }),
-            "the episode has 1000001 steps; the record was given up after 1000000");
+            "the episode has 1000001 steps; a record can have at most 1000000");
   simulation.reset(1);
   EXPECT_TRUE(simulation.record().actions.empty()) << "the next one has a record again";
   EpisodeRecord longer = longest;

@@ -52,7 +52,7 @@ TEST(PoolStates, ChangeNothingIfRejected) {
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({}, states, batch); }),
             "environment 2: the state is damaged: its checksum does not match");
   EXPECT_EQ(message_of<std::invalid_argument>([&] { pool.load_states({0}, states, batch); }),
-            "3 states; must be 1 as the environments");
+            "3 states; must be 1, one per environment");
   EXPECT_EQ(message_of<std::invalid_argument>([&] {
               pool.load_states({0, 1, 0}, states, batch);
             }),

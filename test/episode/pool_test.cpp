@@ -244,8 +244,8 @@ TEST_F(PoolTest, RejectsMalformedLists) {
     EXPECT_EQ(refused([&] { call(twice); }), "environment 0: listed twice");
   }
   const List two{0, 1};
-  EXPECT_EQ(refused([&] { reset(two, {7}); }), "1 seeds; must be 0, or 2 as the environments");
-  EXPECT_EQ(refused([&] { reset({}, Seeds(2)); }), "2 seeds; must be 0, or 3 as the environments");
+  EXPECT_EQ(refused([&] { reset(two, {7}); }), "1 seeds; must be 0, or 2, one per environment");
+  EXPECT_EQ(refused([&] { reset({}, Seeds(2)); }), "2 seeds; must be 0, or 3, one per environment");
   EXPECT_EQ(refused([&] { step_some({}); }), "step: no environment is listed");
   EXPECT_EQ(refused([&] { pool_->environment(3); }), "environment 3: must be in [0, 2]");
   EXPECT_EQ(fakes_[0].episode, 1);
@@ -465,7 +465,7 @@ TEST(PoolWorlds, AreRefusedTogether) {
   EXPECT_EQ(message_of<std::invalid_argument>([&] {
               pool.set_world({}, {World{}, World{}});
             }),
-            "2 worlds; must be 1, or 3 as the environments");
+            "2 worlds; must be 1, or 3, one per environment");
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(pool.environment(i).world(), load_world("moon"));
   pool.set_world({1}, {World{}});
   EXPECT_EQ(pool.environment(1).world(), World{});

@@ -263,7 +263,7 @@ TEST_F(EpisodeRecordTest, EveryParameterCounts) {
   EpisodeRecord twice = record_;
   twice.parameters.push_back(twice.parameters.front());
   EXPECT_EQ(walker::refusal(twice, specification_),
-            "parameter xml_file stands twice in the record");
+            "parameter xml_file is given twice in the record");
   record_.parameters.emplace_back("wind", "3");
   EXPECT_EQ(refusal(), "parameter wind = 3 in the record; here it is (absent)");
 }

@@ -98,7 +98,7 @@ TEST(Policy, ReadsFiles) {
   const std::string path = folder.write("toy.safetensors", small_policy().bytes());
   EXPECT_EQ(Policy(path).id(), "Toy-v0");
   EXPECT_EQ(message_of<PolicyError>([&] { Policy(folder.write("cut", "abc")); }),
-            "policy " + folder.path("cut") + ": it has 3 bytes");
+            "policy " + folder.path("cut") + ": it has 3 bytes; must have at least 8");
   const std::string missing = folder.path("none.safetensors");
   EXPECT_EQ(message_of<PolicyError>([&] { Policy policy(missing); }),
             "policy " + missing + ": it cannot be read as a file");
@@ -141,7 +141,7 @@ TEST(Policy, RejectsOverlappingTensors) {
   bytes.insert(sizeof(size) + size - 1, again);
   size += again.size();
   std::memcpy(bytes.data(), &size, sizeof(size));
-  EXPECT_EQ(refusal(bytes), "again has 4 bytes; of all 76 the other tensors leave 0");
+  EXPECT_EQ(refusal(bytes), "again has 4 bytes; the other tensors leave 0 of the 76");
 }
 
 TEST(Policy, RejectsUnsuitableContent) {
@@ -161,9 +161,9 @@ TEST(Policy, RejectsUnsuitableContent) {
        },
        "observation.deviation has 3 values; must have 2"},
       {[](P& p) { p.tensors["observation.deviation"].values[0] = 0; },
-       "observation.deviation has a value that is not above 0"},
+       "observation.deviation[0] = 0; must be above 0"},
       {[](P& p) { p.tensors["action.high"].values[0] = -1; },
-       "action.high is not above action.low"},
+       "action.high[0] = -1; must be above action.low, -1"},
       {[](P& p) { p.tensors["layers.0.weight"].shape = {4}; },
        "layers.0.weight has 1 dimensions; must have 2"},
       {[](P& p) {
@@ -182,7 +182,7 @@ TEST(Policy, RejectsUnsuitableContent) {
          p.tensors["action.low"] = p.tensors["action.high"] = {"F32", {2}, {-1, -1}};
          p.tensors["action.high"].values = {1, 1};
        },
-       "its last layer has 1 outputs; its action 2"},
+       "its last layer has 1 outputs; must have 2, as action.low has"},
   };
   for (const auto& [change, reason] : cases) {
     PolicyBytes changed = small_policy();
@@ -204,9 +204,9 @@ TEST(Policy, RejectsAnotherEnvironment) {
   toy.observation_low = toy.observation_high = {0, 0};
   toy.action_low = {-1};
   toy.action_high = {2};
-  EXPECT_EQ(
-      message_of<PolicyError>([&] { make_policy_agent(path, toy); }),
-      "policy " + path + ", made for Toy-v0: the upper limit of action 0 is 1 there and 2 here");
+  EXPECT_EQ(message_of<PolicyError>([&] { make_policy_agent(path, toy); }),
+            "policy " + path +
+                ", made for Toy-v0: the upper limit of action 0 is 1; the environment's is 2");
   toy.action_high = {1};
   EXPECT_EQ(make_policy_agent(path, toy)->act({1, -1}).size(), 1U);
 }

@@ -171,7 +171,7 @@ def test_np_random_seed():
     environment.np_random = np.random.default_rng(1)
     assert environment.np_random_seed == -1
     environment.np_random = np.random.Generator(np.random.MT19937(1))
-    with pytest.raises(ValueError, match="np_random is on MT19937; must be on PCG64"):
+    with pytest.raises(ValueError, match="np_random uses MT19937; must use PCG64"):
         environment.reset()
 
 

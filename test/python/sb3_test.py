@@ -246,7 +246,7 @@ def test_calls_out_of_order():
     with pytest.raises(walker_sim.ResetNeeded):
         environments.step(np.zeros((2, 4)))
     environments.reset()
-    with pytest.raises(RuntimeError, match="step_wait without actions; step_async gives them"):
+    with pytest.raises(RuntimeError, match="step_wait without actions; call step_async first"):
         environments.step_wait()
     with pytest.raises(walker_sim.InvalidAction, match=r"shape \(4, 2\); must have \(2, 4\)"):
         environments.step(np.zeros((4, 2)))

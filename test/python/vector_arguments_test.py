@@ -120,7 +120,7 @@ def test_np_random_can_be_read_and_set(envs):
     assert ours.np_random[1].bit_generator.state == state
     with raises(ValueError, "np_random has 2 generators; must have 3"):
         ours.np_random = generators[:2]
-    with raises(ValueError, "np_random is on MT19937; must be on PCG64"):
+    with raises(ValueError, "np_random uses MT19937; must use PCG64"):
         ours.np_random = [np.random.Generator(np.random.MT19937())] * NUM_ENVS
 
 

@@ -196,7 +196,7 @@ TEST_F(ReplayTest, EpisodesThatCannotBeRepeatedAreNotCompared) {
          const auto found = std::find(names.begin(), names.end(), "reuse_world");
          r.spec.parameter_values[found - names.begin()] = "true";
        },
-       "an episode of this environment depends on those before it"},
+       "reuse_world = true: an episode depends on those before it"},
       {[](auto& r) { r.checksums.clear(); }, "the record has no checksums"}};
   for (const auto& [change, words] : cases) {
     SCOPED_TRACE(words);

@@ -67,8 +67,8 @@ def _load_core() -> ModuleType:
         version = ".".join(map(str, sys.version_info[:2]))
         raise ImportError(
             f"walker_sim has no extension module for this Python, {version} ({sys.executable}), in "
-            f"{', '.join(__path__)}. A ROS workspace has one for the Python it was built with; for "
-            "another, install walker_sim into it too: pip install FOLDER, the folder of its sources"
+            f"{', '.join(__path__)}. A ROS workspace has only the one for the Python that it was "
+            "built with. For this Python: pip install FOLDER, the folder of walker_sim's sources"
         ) from None
     if core.__version__ != __version__:
         globals().pop("_core", None)  # else the next import would skip this check

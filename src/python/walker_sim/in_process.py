@@ -21,7 +21,7 @@ def generator_state_of(random: np.random.Generator) -> GeneratorState:
     """Returns a NumPy generator's state in the core's format; ValueError if it is not on PCG64."""
     state: Mapping[str, Any] = random.bit_generator.state
     if state["bit_generator"] != "PCG64":
-        raise ValueError(f"np_random is on {state['bit_generator']}; must be on PCG64")
+        raise ValueError(f"np_random uses {state['bit_generator']}; must use PCG64")
     high_value, value = divmod(state["state"]["state"], 1 << 64)
     high_increment, increment = divmod(state["state"]["inc"], 1 << 64)
     buffered = state["has_uint32"], state["uinteger"]

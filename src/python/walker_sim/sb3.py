@@ -182,7 +182,7 @@ class VecEnv(vec_env.VecEnv):
         """
         self._check_open()
         if self._actions is None:
-            raise RuntimeError("step_wait without actions; step_async gives them")
+            raise RuntimeError("step_wait without actions; call step_async first")
         actions, self._actions = self._actions, None
         batch = self._walkers.step(actions)
         dones = batch.terminated | batch.truncated
