@@ -56,8 +56,8 @@ inline unsigned num_forks() {
 
 /// Error message of a client that is used in the child of a fork.
 inline constexpr const char* kForkedClientError =
-    "this client was made before a fork, by the parent process, whose connections it has; make "
-    "another one in this process";
+    "this client was made before a fork, and its connections belong to the parent process; make "
+    "another client in this process";
 
 /// Whether the path names another kind of file than a regular one. Reading a FIFO, for example,
 /// blocks until there is a writer, and in most libraries no signal ends that.

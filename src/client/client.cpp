@@ -85,8 +85,8 @@ class Client::Implementation {
       const std::string whom = describe(index);
       disconnect();
       throw ConnectionError(whom + ": " + error.what() +
-                            "; whether the call was made is not known, and a server that was "
-                            "started again has lost its episode: reset before the next step");
+                            "; the server may or may not have executed the call, and a restarted "
+                            "server has lost its episode: reset before the next step");
     } catch (...) {
       disconnect();  // Interrupted, or std::bad_alloc, within an answer
       throw;
@@ -126,9 +126,9 @@ class Client::Implementation {
       return connection.emplace(endpoints_[index], name(index), kServiceTypes[index],
                                 options_.caller, spin_limit(options_.spin_us), until);
     } catch (const SocketError& error) {
-      throw ConnectionError(describe(index) + ", as the ROS master has it: " + error.what() +
+      throw ConnectionError(describe(index) + ", its address in the ROS master: " + error.what() +
                             "; has the server died, or can its host not be reached under this "
-                            "name (its ROS_HOSTNAME or ROS_IP)?");
+                            "name (the server's ROS_HOSTNAME or ROS_IP)?");
     } catch (const std::runtime_error& error) {
       throw ConnectionError(describe(index) + ": " + error.what());
     }

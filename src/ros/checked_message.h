@@ -52,7 +52,7 @@ class CheckedStream : public MessageReader {
     if (!is_simple && count > kMax) {
       throw std::runtime_error("an array has " + std::to_string(count) + " elements; at most " +
                                std::to_string(kMax) + (is_text ? " texts" : " messages") +
-                               " are taken");
+                               " are accepted");
     }
     ros::serialization::deserialize(*this, field);
   }

@@ -96,7 +96,7 @@ void ServerLink::connect(const std::string& name) {
     {
       const std::lock_guard lock(mutex_);
       view_ = {};
-      if (!is_valid) view_.trouble = "no name of a node: " + (name.empty() ? "it is empty" : why);
+      if (!is_valid) view_.trouble = "invalid node name: " + (name.empty() ? "it is empty" : why);
     }
     progress_.shutdown();
     diagnostics_.shutdown();

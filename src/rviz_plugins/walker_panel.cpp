@@ -150,7 +150,7 @@ void WalkerPanel::reset() {
     bool is_number = false;
     seed = seed_->text().toULongLong(&is_number);
     if (!is_number) {
-      show_line(answer_, "the seed is beyond 2^64 - 1", "#b02020");
+      show_line(answer_, "the seed must be at most 2^64 - 1", "#b02020");
       return;
     }
   }

@@ -181,7 +181,7 @@ void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {
     check_environment(pool_, element("environments", i), listed[i]);
     if (is_listed[listed[i]]) {
       throw std::invalid_argument(element("environments", i) + " = " + std::to_string(listed[i]) +
-                                  "; is listed before, and each may be listed once");
+                                  "; must be listed once only");
     }
     is_listed[listed[i]] = true;
   }

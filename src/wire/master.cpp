@@ -30,7 +30,7 @@ class HttpReader {
       if (colon == std::string::npos) fail("a header field without a colon: " + field);
       const std::string name = lowered(field.substr(0, colon));
       const std::string value = trimmed(field.substr(colon + 1));
-      if (name == "transfer-encoding") fail("the transfer encoding " + value);
+      if (name == "transfer-encoding") fail("the transfer encoding " + value + " is not supported");
       if (name != "content-length") continue;
       if (!length.empty() && length != value) {
         fail(std::string("two lengths, ").append(length).append(" and ").append(value));
@@ -59,7 +59,7 @@ class HttpReader {
 
   static void check_status(const std::string& line) {
     const std::size_t blank = line.find(' ');
-    if (line.rfind("HTTP/1.", 0) != 0 || blank == std::string::npos) fail("it begins " + line);
+    if (line.rfind("HTTP/1.", 0) != 0 || blank == std::string::npos) fail("it begins with " + line);
     if (line.compare(blank + 1, 3, "200") != 0) {
       throw std::runtime_error("HTTP status " + line.substr(blank + 1));
     }
@@ -70,7 +70,7 @@ class HttpReader {
     const char* const end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, size);
     if (error != std::errc() || stop != end) fail("the length \"" + text + "\"");
-    if (size > kMaxBodyBytes) fail("a length of " + text + " bytes");
+    if (size > kMaxBodyBytes) fail("a length of " + text + " bytes; must be at most 1 MiB");
     return size;
   }
 

@@ -23,8 +23,8 @@ namespace walker::test {
 namespace {
 
 const std::string kHint =
-    "; has the server died, or can its host not be reached under this name (its ROS_HOSTNAME or "
-    "ROS_IP)?";
+    "; has the server died, or can its host not be reached under this name (the server's "
+    "ROS_HOSTNAME or ROS_IP)?";
 
 ScriptedServer::Script stepping(const std::vector<std::string>& answers) {
   return answering(kStep, answers);
@@ -87,7 +87,7 @@ TEST(Connection, TimesOut) {
   EXPECT_EQ(broken_step(silent, kTimeout), ": timed out" + kLost);
   EXPECT_EQ(broken_step(dripping, kTimeout), ": timed out" + kLost);
   EXPECT_EQ(broken_step(dripping_header, kTimeout),
-            ", as the ROS master has it: timed out" + kHint);
+            ", its address in the ROS master: timed out" + kHint);
 }
 
 /// Master and server each answer within the timeout, but together they exceed it.
@@ -161,7 +161,7 @@ TEST(Connection, AllocatesOnlyForReceivedBytes) {
 TEST(Connection, RejectsMalformedHeaders) {
   const std::string md5sum = kServiceTypes[kStep].md5sum;
   const std::string gone =
-      ", as the ROS master has it: the server has closed the connection" + kHint;
+      ", its address in the ROS master: the server has closed the connection" + kHint;
   const std::pair<std::string, std::string> cases[] = {
       {header({{"error", "another MD5"}}), ": its error: another MD5"},
       {header({{"error", "no\n\x1b[2J\xFF"}}), ": its error: no\\n\\x1b[2J\\xff"},
@@ -359,7 +359,7 @@ TEST(ClientOptions, NameAServerThatDied) {
   const ClientOptions options = options_for(master);
   EXPECT_EQ(message_of<ConnectionError>([&] { Client client(options); }),
             "service /walker_sim/get_spec at " + address +
-                ", as the ROS master has it: Connection refused" + kHint);
+                ", its address in the ROS master: Connection refused" + kHint);
 }
 
 }  // namespace

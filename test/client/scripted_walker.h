@@ -16,7 +16,7 @@ namespace walker::test {
 
 /// End of the client's error message for a call whose connection broke.
 inline const std::string kLost =
-    "; whether the call was made is not known, and a server that was started again has lost its "
+    "; the server may or may not have executed the call, and a restarted server has lost its "
     "episode: reset before the next step";
 
 inline ServerSpecification example_specification() {

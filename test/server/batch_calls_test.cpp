@@ -302,7 +302,7 @@ TEST_P(BatchWorlds, RefusalChangesNothing) {
       {{moon, wrong}, {0, 1}, is_wrong},
       {{moon, moon}, {}, "worlds has 2" + wrong_count},
       {{moon}, {0, 3}, "environments[1] = 3; must be below num_envs = 3"},
-      {{moon}, {0, 0}, "environments[1] = 0; is listed before, and each may be listed once"},
+      {{moon}, {0, 0}, "environments[1] = 0; must be listed once only"},
       {{}, {}, "worlds has 0" + wrong_count},
       {{moon, {}}, {0, 1}, "worlds[1]" + is_empty},
       {{{}}, {}, "worlds[0]" + is_empty},

@@ -223,7 +223,7 @@ class DiagnosticsTest(ServerTest):
         self.assertEqual((calm.level, calm.values["contested_steps"]), (OK, "0"))
         mine(**actions)
         warning = self.report_so_far("commands", lambda r: r.level == WARN, "a warning")
-        self.assertIn("two agents step the walker: 1 step amid another's", warning.message)
+        self.assertIn("two agents step the walker: 1 step after another node's", warning.message)
         self.assertEqual(warning.values["contested_steps"], "1")
         self.assertRegex(
             self.server.output(),

@@ -115,7 +115,9 @@ class GazeboTest(TransitionsTest):
         self.call("unpause")
         self.assertFalse(self.get().pause)
         self.assertEqual(self.get().ode_config, type(self.get().ode_config)(), "zeros")
-        self.assertEqual(self.get().status_message, "ode_config means nothing to Box2D")
+        self.assertEqual(
+            self.get().status_message, "ode_config is ignored: the engine is Box2D, not ODE"
+        )
         self.serve(env="Walker2d-v5", real_time_factor=0.0)
         self.assertEqual(self.properties(), (0.008, 0.0, (0.0, 0.0, -9.81)))
         self.serve(mode="lockstep")

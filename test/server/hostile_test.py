@@ -189,7 +189,7 @@ class HostileTest(ServerTest):
             self.assert_refused([(name, body[:size], SHORT) for size in cuts])
             self.assert_refused([(name, body + more, LONG) for more in (b"\0", b"\xff" * 1000)])
             too_long = (
-                f"service /walker_sim/{name}: a request of {{}} bytes; at most \\d+ are taken"
+                f"service /walker_sim/{name}: a request of {{}} bytes; at most \\d+ are accepted"
             )
             large = b"\xff" * (46 * MILLION if name == "restore" else MILLION)
             self.assert_refused([(name, large, too_long.format(len(large)))])
@@ -280,7 +280,7 @@ class HostileTest(ServerTest):
             actions = [value if i == index else 0.5 for i in range(4 * count)]
             steps.append((actions, rf"action\[{index % 4}\] \(\w+\) = -?(nan|inf); must be finite"))
         resets = [
-            ({"environments": [0, 0]}, r"environments\[1\] = 0; is listed"),
+            ({"environments": [0, 0]}, r"environments\[1\] = 0; must be listed once"),
             ({"environments": [0] * MILLION}, "a request of"),
         ]
         table = [

@@ -111,15 +111,16 @@ TEST(LookUp, RejectsMalformedHttp) {
     return fields;
   };
   const std::pair<std::string, std::string> cases[] = {
-      {"SSH-2.0\r\n", "it begins SSH-2.0"},
+      {"SSH-2.0\r\n", "it begins with SSH-2.0"},
       {"", "EOF in its header"},
       {ok + "Content-Length: 4", "EOF in its header"},
       {ok + "nonsense\r\n\r\n", "a header field without a colon: nonsense"},
       {ok + "Content-Length: 99\r\n\r\n<methodR", "EOF after 8 of 99 bytes"},
-      {ok + "Content-Length: 99999999999\r\n\r\n", "a length of 99999999999 bytes"},
+      {ok + "Content-Length: 99999999999\r\n\r\n",
+       "a length of 99999999999 bytes; must be at most 1 MiB"},
       {ok + "Content-Length: -1\r\n\r\n", "the length \"-1\""},
       {ok + "Content-Length: 4\r\nContent-Length: 5\r\n\r\nabcde", "two lengths, 4 and 5"},
-      {ok + "Transfer-Encoding: chunked\r\n\r\n", "the transfer encoding chunked"},
+      {ok + "Transfer-Encoding: chunked\r\n\r\n", "the transfer encoding chunked is not supported"},
       {ok + "\r\n" + std::string(2 << 20, 'x'), "more than 1 MiB"},
       {std::string(2 << 20, 'x'), "a header of more than 64 KiB"},
       {ok + repeated("a: b\r\n"), "a header of more than 64 KiB"},

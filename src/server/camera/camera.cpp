@@ -52,7 +52,7 @@ Parameters camera_of(const walker_sim::Render::Request& request, const ServerOpt
     throw std::invalid_argument(
         "parameter_names has " + std::to_string(request.parameter_names.size()) +
         " texts and parameter_values " + std::to_string(request.parameter_values.size()) +
-        "; both must have as many");
+        "; the numbers must be equal");
   }
   const auto descriptions = camera_parameter_descriptions(options.id);
   std::vector<std::string> assignments;

@@ -43,7 +43,7 @@ void check_environment(const SetPhysicsProperties::Request& request,
 }
 
 std::string ode_is_ignored(const Specification& specification) {
-  return "ode_config means nothing to " + specification.engine;
+  return "ode_config is ignored: the engine is " + specification.engine + ", not ODE";
 }
 
 }  // namespace
@@ -69,8 +69,8 @@ void set_physics_properties(const SetPhysicsProperties::Request& request,
       schedule.set_real_time_factor(factor);
     } catch (const std::exception& error) {
       throw std::invalid_argument("max_update_rate = " + shortest_text(request.max_update_rate) +
-                                  " Hz of " + shortest_text(specification.dt) +
-                                  " s each: " + error.what());
+                                  " Hz with steps of " + shortest_text(specification.dt) +
+                                  " s: " + error.what());
     }
   }
   response.status_message = ode_is_ignored(specification);

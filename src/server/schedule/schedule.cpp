@@ -99,8 +99,8 @@ class RunningSchedule : public Schedule {
     if (failed_before || !state().failed_at_reset()) return;
     ROS_ERROR_STREAM("No episode: " << kResetFailed << ": " << state().error << "; "
                                     << (auto_reset_
-                                            ? "running, it is reset again after a second, and "
-                                              "~reset begins an episode at once"
+                                            ? "unless it is paused, the server resets again after "
+                                              "a second; ~reset begins an episode at once"
                                             : "~reset begins the next"));
   }
 

@@ -98,7 +98,7 @@ ros::Duration to_duration(double seconds) {
   constexpr double kEnd = 2147483648;  // 2^31
   if (seconds >= kEnd) {
     throw std::invalid_argument("dt = " + fixed_text(seconds) +
-                                " s; must be below 2^31 s, where durations in ROS end");
+                                " s; must be below 2^31 s, the limit of a duration in ROS");
   }
   return ros::Duration().fromNSec(std::llround(seconds * 1e9));
 }
@@ -136,8 +136,8 @@ void SimulationClock::require(int steps) const {
   const std::uint64_t left = ros::TIME_MAX.toNSec() - now_.toNSec();
   if (static_cast<std::uint64_t>(steps * dt_.toNSec()) <= left) return;
   throw std::range_error("simulation time " + fixed_text(now_.toSec()) +
-                         " s is at the end of ROS time, 2^32 s, so nothing can follow; begin again "
-                         "with a new ROS master");
+                         " s is at the end of ROS time, 2^32 s; to begin again at 0, start a new "
+                         "ROS master");
 }
 
 void SimulationClock::advance() {

@@ -75,7 +75,8 @@ Eigen::Vector3d checked_vector(const std::string& name, const geometry_msgs::Vec
   const auto check = [&](const char* component, double value) {
     if (std::abs(value) <= kMaxPush) return;
     throw std::invalid_argument(name + component + " = " + shortest_text(value) + unit +
-                                "; must be finite, and at most " + shortest_text(kMaxPush));
+                                "; must be in [-" + shortest_text(kMaxPush) + ", " +
+                                shortest_text(kMaxPush) + "]");
   };
   check(".x", vector.x);
   check(".y", vector.y);
@@ -88,8 +89,9 @@ void check_plane(const char* name, const Eigen::Vector3d& vector, double out_of_
                  const char* unit) {
   constexpr double kRounding = 1e-6;  // of a rotation by a transform of single precision
   if (std::abs(out_of_plane) <= kRounding * vector.norm()) return;
-  throw std::invalid_argument(std::string(name) + " has " + shortest_text(out_of_plane) + unit +
-                              " out of the walker's plane of motion, odom's x,z; must be 0");
+  throw std::invalid_argument(std::string(name) + " acts with " + shortest_text(out_of_plane) +
+                              unit +
+                              " out of the walker's plane of motion (x and z of odom); must be 0");
 }
 
 }  // namespace

@@ -165,10 +165,11 @@ void Diagnostics::describe_commands(Status& status) {
   }
   if (const std::uint64_t contested = new_count(&ServerCounters::contested_commands)) {
     warn(status, "two agents drive the walker: " + counted(contested, "effort command") +
-                     " in place of another's");
+                     " replaced another node's");
   }
   if (const std::uint64_t contested = new_count(&ServerCounters::contested_steps)) {
-    warn(status, "two agents step the walker: " + counted(contested, "step") + " amid another's");
+    warn(status,
+         "two agents step the walker: " + counted(contested, "step") + " after another node's");
   }
   if (const std::uint64_t refused = new_count(&ServerCounters::refused_pushes)) {
     warn(status, sentence(refused, refused == 1 ? " push" : " pushes",

@@ -249,8 +249,8 @@ void ServicePort::accept_clients(int listener) {
 
 void ServicePort::welcome(int descriptor) {
   if (is_full()) {
-    const std::string why =
-        "the services have " + std::to_string(sessions_.size()) + " clients, and no more are taken";
+    const std::string why = "the services have " + std::to_string(sessions_.size()) +
+                            " clients, and no more are accepted";
     log_client(shared_, "is refused", why);
     tcpros::Bytes header;
     tcpros::append_header({{"error", why}}, header);

@@ -117,7 +117,7 @@ void ServiceSession::take_frame(Outcome& outcome) {
     const std::string what = service_ != nullptr ? "service " + service_->first + ": a request"
                                                  : "connection header: a header";
     reject(what + " of " + std::to_string(size) + " bytes; at most " + std::to_string(max_bytes()) +
-           " are taken");
+           " are accepted");
     return;
   }
   sent_ = 0;
@@ -235,7 +235,7 @@ bool ServiceSession::is_gone_while_pending(short happened) {
 bool ServiceSession::give_way() {
   const std::string why = "its unfinished requests and unread answers hold " +
                           std::to_string(held()) +
-                          " bytes, longer than those of others; all "
+                          " bytes, and of such clients it has been idle longest; all clients "
                           "together may hold " +
                           std::to_string(kMaxHeldBytes);
   if (pending_ || has_output() || !has_length() || service_ == nullptr) {
@@ -289,7 +289,7 @@ void ServiceSession::answer(const std::uint8_t* request, std::size_t size) {
     } else if (output_.size() > kMaxHeldBytes) {
       const std::string why = "service " + service_->first + ": an answer of " +
                               std::to_string(output_.size()) + " bytes; at most " +
-                              std::to_string(kMaxHeldBytes) + " are given";
+                              std::to_string(kMaxHeldBytes) + " can be sent";
       log_client(shared_, "gets no answer", why);
       free_memory(output_);
       store_failure(why);

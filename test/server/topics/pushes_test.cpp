@@ -75,7 +75,7 @@ TEST_F(LinkWrenchTest, ComponentsAreLimited) {
   EXPECT_LT(converted().force_x, kMaxTurnedPush);
   message_.wrench.force.z = 0;
   message_.wrench.force.x = 1.2 * kMaxPush;
-  EXPECT_EQ(refusal(), "force.x = 1200000 N; must be finite, and at most 1000000");
+  EXPECT_EQ(refusal(), "force.x = 1200000 N; must be in [-1000000, 1000000]");
 }
 
 TEST_F(LinkWrenchTest, ComponentsAreFinite) {
@@ -88,14 +88,16 @@ TEST_F(LinkWrenchTest, ComponentsAreFinite) {
 
 TEST_F(LinkWrenchTest, NothingPushesOutOfThePlaneOfMotion) {
   message_.wrench.force.y = 3;
-  EXPECT_EQ(refusal(), "force has 3 N out of the walker's plane of motion, odom's x,z; must be 0");
+  EXPECT_EQ(refusal(),
+            "force acts with 3 N out of the walker's plane of motion (x and z of odom); must be 0");
   message_.wrench.force.x = kMaxPush;
   message_.wrench.force.y = 1;  // the rounding of a rotation
   EXPECT_EQ(converted().link, 1U);
   message_.wrench.force = {};
   message_.header.frame_id = "robot/hull";
   message_.wrench.torque.z = -4;
-  EXPECT_EQ(refusal().rfind("torque has 4 N m out of the walker's plane", 0), 0U) << refusal();
+  EXPECT_EQ(refusal().rfind("torque acts with 4 N m out of the walker's plane", 0), 0U)
+      << refusal();
 }
 
 }  // namespace

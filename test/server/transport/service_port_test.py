@@ -89,9 +89,12 @@ class ServicePortTest(ServerTest):
     def test_invalid_header_is_refused_with_the_reason(self):
         cases = [
             (struct.pack("<II", 8, 99) + b"four", "longer than the header"),
-            (struct.pack("<I", MEGABYTE), f"a header of {MEGABYTE} bytes; at most 65536 are taken"),
-            (b"\xff" * 4, "a header of 4294967295 bytes; at most 65536 are taken"),
-            (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "at most 65536 are taken"),
+            (
+                struct.pack("<I", MEGABYTE),
+                f"a header of {MEGABYTE} bytes; at most 65536 are accepted",
+            ),
+            (b"\xff" * 4, "a header of 4294967295 bytes; at most 65536 are accepted"),
+            (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", "at most 65536 are accepted"),
         ]
         for changes, what in (
             ({"service": "/walker_sim/nothing"}, "/walker_sim/nothing"),
@@ -152,14 +155,14 @@ class ServicePortTest(ServerTest):
         for persistent in ("1", "0"):  # the server discards the rest
             connection, _ = self.opened(persistent=persistent)
             connection.sendall(struct.pack("<I", 100 * MEGABYTE) + bytes(100 * MEGABYTE))
-            self.assertIn("at most 65536 are taken", self.receive_answer(connection))
+            self.assertIn("at most 65536 are accepted", self.receive_answer(connection))
             if persistent == "0":
                 self.assert_closed(connection)
                 continue
             connection.sendall(self.step.request_bytes(action=STAND))
             self.last = self.receive_answer(connection).transition
         self.assertLess(memory(self.server.pid) - before, 10 * MEGABYTE)
-        with self.assertRaisesRegex(rospy.ServiceException, "at most 65536 are taken"):
+        with self.assertRaisesRegex(rospy.ServiceException, "at most 65536 are accepted"):
             rospy.ServiceProxy("/walker_sim/step", Step)([0.0] * MEGABYTE)
         self.assert_serves()
 
@@ -298,7 +301,7 @@ class ServicePortTest(ServerTest):
             clients.append(client)
             self.assert_serves(1)
             self.assertLess(memory(self.server.pid) - before, 450 * MEGABYTE)
-        with self.assertRaisesRegex(RuntimeError, "all together may hold 268435456"):
+        with self.assertRaisesRegex(RuntimeError, "all clients together may hold 268435456"):
             clients[0].receive()
         for client in (clients[0], clients[-1]):  # one whose request was dropped, one not
             client.connection.sendall(b"\0")
