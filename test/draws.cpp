@@ -10,7 +10,7 @@
 #include "base/random.h"
 #include "episode/disturbances.h"
 #include "robots/bipedal_walker/ground_numbers.h"
-#include "robots/mujoco/box_ground.h"
+#include "robots/mujoco/level_ground.h"
 #include "walker_sim/environment.h"
 #include "walker_sim/export.h"
 #include "walker_sim/registry.h"

@@ -138,6 +138,8 @@ if(walker2d_kernels)
   endforeach()
   walker_sim_register_variant(robots_mujoco_kernel_kernel_test_long
     mujoco_tests kernel_test nightly WALKER_SIM_TEST_STEPS=30000)
+  walker_sim_register_variant(robots_mujoco_world_levels_test_long
+    mujoco_tests world_levels_test nightly WALKER_SIM_TEST_STEPS=1000000)
   foreach(name altered_add altered_pow)
     set_source_files_properties(test/robots/mujoco/kernel/${name}.cpp PROPERTIES
       SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS "${mujoco_kernel_options}")

@@ -1,6 +1,6 @@
 // Format of `Specification::engine_version`:
 //
-//   RELEASE (ORIGIN), libm: VARIANT, stepped by STEPPER
+//   RELEASE (ORIGIN), libm: VARIANT, levels: VARIANT, stepped by STEPPER
 #pragma once
 
 #include <string>
@@ -10,6 +10,8 @@ namespace walker {
 /// Precedes the variant of the C library's sin, cos and pow; present if the engine's results depend
 /// on it.
 inline constexpr const char* kLibm = ", libm: ";
+/// Precedes what levels are made of; absent: boxes.
+inline constexpr const char* kLevels = ", levels: ";
 /// Precedes the implementation that makes the steps. Results do not depend on it.
 inline constexpr const char* kSteppedBy = ", stepped by ";
 
@@ -19,11 +21,13 @@ inline std::string engine_release(const std::string& engine_version) {
   return text.substr(0, text.find(kLibm));
 }
 
-/// Returns VARIANT; empty if there is none.
-inline std::string libm_of(const std::string& engine_version) {
+/// Returns what follows `kLibm` or `kLevels`; empty if there is none.
+inline std::string variant_of(const std::string& engine_version, const std::string& key) {
   const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
-  const std::size_t at = text.find(kLibm);
-  return at == std::string::npos ? "" : text.substr(at + std::string(kLibm).size());
+  const std::size_t at = text.find(key);
+  if (at == std::string::npos) return "";
+  const std::size_t begin = at + key.size();
+  return text.substr(begin, text.find(", ", begin) - begin);
 }
 
 }  // namespace walker

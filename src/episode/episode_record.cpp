@@ -12,6 +12,7 @@
 #include "base/printable_text.h"
 #include "base/random.h"
 #include "base/shortest_text.h"
+#include "robots/level.h"
 
 namespace walker {
 namespace {
@@ -104,9 +105,16 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   compare("engine_version", engine_release(record.engine_version),
           engine_release(own.engine_version));
   // With another libm variant the results may differ in the last bits.
-  const std::string libm = libm_of(record.engine_version);
-  const std::string own_libm = libm_of(own.engine_version);
+  const std::string libm = variant_of(record.engine_version, kLibm);
+  const std::string own_libm = variant_of(own.engine_version, kLibm);
   if (!libm.empty() && !own_libm.empty()) compare("libm", libm, own_libm);
+  if (names_a_level(record.world)) {
+    const auto levels_of = [](const EpisodeRecord& each) {
+      const std::string levels = variant_of(each.engine_version, kLevels);
+      return levels.empty() ? "boxes" : levels;
+    };
+    compare("levels", levels_of(record), levels_of(own));
+  }
   if (!specification.episodes_are_independent) {
     throw std::invalid_argument(
         "reuse_world = true: an episode depends on those before it, which a record does not have");

@@ -15,7 +15,7 @@
 namespace walker {
 
 /// Format version. Increment it if the order or the meaning of any field changes.
-constexpr std::uint32_t kStateFormat = 3;
+constexpr std::uint32_t kStateFormat = 4;
 
 /// Identity of the environment that saved a state: id, engine, engine release and all parameters
 /// except `max_episode_steps`, which does not affect the state.

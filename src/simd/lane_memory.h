@@ -10,7 +10,7 @@ namespace walker::simd {
 struct LaneMemory {
   static constexpr std::size_t kAlignment = 64;
   static constexpr std::size_t kGroupSize = std::size_t{512} << 10U;
-  static constexpr std::size_t kLanesSize = std::size_t{256} << 10U;
+  static constexpr std::size_t kLanesSize = std::size_t{384} << 10U;
 
   alignas(kAlignment) std::byte group[kGroupSize];
   alignas(kAlignment) std::byte lanes[kLanesSize];

@@ -222,9 +222,16 @@ TEST_F(EpisodeRecordTest, RefusalsNameTheFieldAndBothValues) {
        "engine_version = 9 in the record; here it is " + release},
       {[&](auto& r) { r.engine_version = release + ", stepped by hand"; }, "nothing thrown"},
       {[&](auto& r) { r.engine_version = release + ", libm: another, stepped by hand"; },
-       "libm = another in the record; here it is " + libm_of(specification_.engine_version)},
+       "libm = another in the record; here it is " +
+           variant_of(specification_.engine_version, kLibm)},
       // Written by a release that did not record libm.
       {[&](auto& r) { r.engine_version = release; }, "nothing thrown"},
+      // Written by a release whose levels were boxes.
+      {[&](auto& r) {
+         r.engine_version = release;
+         r.world = {{"pit_gap", 1}};
+       },
+       "levels = boxes in the record; here it is lines"},
       {[](auto& r) { r.seed = 6; }, "generator_state is not that of seed = 6"},
       {[](auto& r) { r.actions.pop_back(); }, "actions has 5 values; must have 6, 1 steps of 6"},
       {[](auto& r) {

@@ -101,6 +101,15 @@ def test_check_detects_a_single_bit(record, command, name):
     assert lines[-1].startswith("2 of 3 episodes equal (")
 
 
+def test_check_refuses_levels_of_boxes(record, command):
+    """Earlier releases made MuJoCo's levels of boxes."""
+    words = ("--world", "walker2d_pits", "--episodes", "1", "max_episode_steps=5")
+    recorded, file = record("Walker2d-v5", *words)
+    np.savez(file, **{**recorded, "engine_version": "2.2.2 (pinned, mujoco 2.2.2)"})
+    error = command("record", "--check", file, status=2).err
+    assert "recorded in levels of boxes; must be of lines, as here" in error
+
+
 def test_check_reports_another_c_library(record, command):
     recorded, file = record("Walker2d-v5", "--episodes", "1", "max_episode_steps=5")
     release, _, own = str(recorded["engine_version"]).partition(", libm: ")

@@ -42,7 +42,17 @@ def release_of(engine_version: str) -> str:
 
 def libm_of(engine_version: str) -> str:
     """Returns the variant of the C library that the engine's bits depend on; empty if none."""
-    return engine_version.partition(", stepped by ")[0].partition(", libm: ")[2]
+    return _variant_of(engine_version, "libm")
+
+
+def levels_of(engine_version: str) -> str:
+    """Returns what the engine's levels are made of."""
+    return _variant_of(engine_version, "levels") or "boxes"
+
+
+def _variant_of(engine_version: str, key: str) -> str:
+    text = engine_version.partition(", stepped by ")[0]
+    return text.partition(f", {key}: ")[2].partition(", ")[0]
 
 
 def spaces_of(specification: Specification) -> tuple[Box, Box]:

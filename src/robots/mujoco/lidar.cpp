@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "robots/mujoco/floor.h"
 #include "robots/mujoco/planar_model.h"
 
 namespace walker::mujoco {
@@ -51,13 +52,17 @@ bool needs_data(const mjModel& model) {
 /// This does not call mj_ray, which can exclude one body only and needs mjData: poses of static
 /// geoms are known from the model, so a kernel's world needs no pass of kinematics.
 LidarRanges cast_lidar(const mjModel& model, const mjData* data, const Vector3& origin,
-                       double range) {
+                       double range, const GroundLine* line) {
   static const std::array<Vector3, kLidarRays> kRays = directions();
   constexpr std::array<mjtNum, 3> kUnbounded{};  // size of an infinite plane
   LidarRanges ranges;
   ranges.fill(std::numeric_limits<double>::infinity());
+  const int replaced = line == nullptr ? -1 : floor_of(model);
+  for (std::size_t i = 0; i < ranges.size() && line != nullptr; ++i) {
+    ranges[i] = line->cast({origin[0], origin[2]}, {kRays[i][0], kRays[i][2]}, range);
+  }
   for (int geom = 0; geom < model.ngeom; ++geom) {
-    if (!is_static(model, geom) || !is_visible(model, geom)) continue;
+    if (geom == replaced || !is_static(model, geom) || !is_visible(model, geom)) continue;
     const Frame frame = geom_frame_in(model, 0, geom);
     if (is_beyond(model, geom, frame, origin, range)) continue;
     const int type = model.geom_type[geom];

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "robots/mujoco/engine.h"
+#include "robots/mujoco/ground_line.h"
 
 namespace walker::mujoco {
 
@@ -31,7 +32,8 @@ bool needs_data(const mjModel& model);
 /// Source: MuJoCo 2.2.2, mju_rayGeom, mj_rayMesh, mj_rayHfield (engine_ray.c).
 /// @param range distance beyond which nothing is hit [m]
 /// @param data  poses of the state; may be null unless the model needs data
+/// @param line  of the ground that replaces the floor; null: the floor is flat
 LidarRanges cast_lidar(const mjModel& model, const mjData* data, const Vector3& origin,
-                       double range);
+                       double range, const GroundLine* line);
 
 }  // namespace walker::mujoco

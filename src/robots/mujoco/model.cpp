@@ -16,7 +16,7 @@
 #include "base/printable_text.h"
 #include "base/state_bytes.h"
 #include "robots/mujoco/compile_apart.h"
-#include "robots/mujoco/internal_edges.h"
+#include "robots/mujoco/floor.h"
 
 namespace walker::mujoco {
 namespace {
@@ -166,7 +166,7 @@ ModelPointer load_model(const std::string& xml_file) {
   const std::string key = identity(xml_file);
   std::unique_lock<std::mutex> lock(mutex);
   install_handlers();
-  install_internal_edges();
+  install_ground_contacts();
   if (ModelPointer known = models[key].lock()) return known;
   // Compilation may take long; the host's other threads may load models or fork meanwhile.
   lock.unlock();

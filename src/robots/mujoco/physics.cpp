@@ -49,7 +49,14 @@ void apply(const mjModel& m, const std::vector<BodyWrench>& wrenches, mjData& da
 
 }  // namespace
 
+void LibraryPhysics::set_model(ModelPointer model) {
+  const bool has_other_room = model->nconmax != model_->nconmax;
+  model_ = std::move(model);
+  if (has_other_room) data_ = make_data(*model_);
+}
+
 void LibraryPhysics::reset(const double* position, const double* velocity) {
+  const GroundInUse ground(line_.get(), floor_);
   mj_resetData(model_.get(), data_.get());
   std::copy_n(position, model_->nq, data_->qpos);
   std::copy_n(velocity, model_->nv, data_->qvel);
@@ -57,11 +64,13 @@ void LibraryPhysics::reset(const double* position, const double* velocity) {
 }
 
 void LibraryPhysics::step(const double* control, const ExternalForces& forces, int count) {
+  const GroundInUse ground(line_.get(), floor_);
   advance(*model_, *data_, control, forces, count);
   check_warnings(*data_);
 }
 
 void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) const {
+  const GroundInUse ground(line_.get(), floor_);
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
   look(*data_);
@@ -77,7 +86,8 @@ DataPointer make_data(const mjModel& model) {
   return data;
 }
 
-void forward(const mjModel& model, double* state) {
+void forward(const mjModel& model, const GroundLine* line, double* state) {
+  const GroundInUse ground(line, floor_of(model));
   const DataPointer data = make_data(model);
   load_data(model, *data, state);
   mj_forward(&model, data.get());

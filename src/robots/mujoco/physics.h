@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "robots/mujoco/engine.h"
+#include "robots/mujoco/floor.h"
 
 namespace walker::mujoco {
 
@@ -50,10 +51,15 @@ class Physics {
 
   virtual const mjModel& model() const = 0;
 
-  /// Replaces the model. The state stays.
+  /// Replaces the model. The state stays, unless one of the two models is of a world with a level.
   /// @param model the one of the constructor, or one with another world's values of the same base
   /// model
   virtual void set_model(ModelPointer model) = 0;
+
+  /// Replaces the line that limbs touch. The next call must be `reset` or `load`.
+  /// @param line of a world whose model has its floor raised (`WorldPhysics::has_level`); null: the
+  ///             floor is flat
+  virtual void set_ground(std::shared_ptr<const GroundLine> line) = 0;
 
   virtual const double* position() const = 0;  ///< nq values [m, rad]
   virtual const double* velocity() const = 0;  ///< nv values [m/s, rad/s]
@@ -130,13 +136,15 @@ class LibraryPhysics : public Physics {
   /// @param fallback_reason reason why no kernel is used, for `stepper`; may be empty
   explicit LibraryPhysics(ModelPointer model, std::string fallback_reason = "")
       : model_(std::move(model)),
+        floor_(floor_of(*model_)),
         data_(make_data(*model_)),
         fallback_reason_(std::move(fallback_reason)) {}
 
   const mjData& data() const { return *data_; }
 
   const mjModel& model() const override { return *model_; }
-  void set_model(ModelPointer model) override { model_ = std::move(model); }
+  void set_model(ModelPointer model) override;
+  void set_ground(std::shared_ptr<const GroundLine> line) override { line_ = std::move(line); }
   const double* position() const override { return data_->qpos; }
   const double* velocity() const override { return data_->qvel; }
   void reset(const double* position, const double* velocity) override;
@@ -148,22 +156,18 @@ class LibraryPhysics : public Physics {
     return "the library" + (fallback_reason_.empty() ? "" : ": " + fallback_reason_);
   }
 
- protected:
-  /// @param data that the model's state fits into
-  LibraryPhysics(ModelPointer model, DataPointer data)
-      : model_(std::move(model)), data_(std::move(data)) {}
-
-  mjData& mutable_data() { return *data_; }
-
  private:
   ModelPointer model_;
+  int floor_;
   DataPointer data_;
   std::string fallback_reason_;
+  std::shared_ptr<const GroundLine> line_;
 };
 
 /// Runs mj_forward on a state in the format of `Physics::save`. The accelerations at its positions
 /// and velocities become its qacc_warmstart, from which a later step starts the solver.
-void forward(const mjModel& model, double* state);
+/// @param line as of `Physics::set_ground`
+void forward(const mjModel& model, const GroundLine* line, double* state);
 
 /// Makes engine steps, then checks the result as the next step would.
 /// @param control nu values

@@ -154,8 +154,7 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions
 PlanarRobot::PlanarRobot(const PlanarOptions& options)
     : options_(options),
       models_(load_planar_model(options.model)),
-      flat_physics_(make_physics(options, models_.base())),
-      physics_(flat_physics_.get()),
+      physics_(make_physics(options, models_.base())),
       layout_(model()),
       specification_(make_specification(options, layout_, model())),
       lidar_range_(options.lidar_range),
@@ -171,30 +170,32 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
 }
 
 void PlanarRobot::set_world(const WorldValues& values) {
-  const ModelPointer model = models_.model_of(physics_of(values));
   level_ = level_of(values);
-  choose_physics(model);
+  physics_->set_model(models_.model_of(physics_of(values)));
+  if (!level_) set_ground({}, nullptr);
   lidar_range_ = value_or(values, "lidar_range", options_.lidar_range);
 }
 
-/// Gives the model to the physics of the world's kind.
-void PlanarRobot::choose_physics(const ModelPointer& model) {
-  if (level_ && !level_physics_) level_physics_ = std::make_unique<LevelPhysics>(model);
-  physics_ = level_ ? level_physics_.get() : flat_physics_.get();
-  physics_->set_model(model);
-}
-
 void PlanarRobot::set_ground(const GeneratorState& origin,
-                             std::shared_ptr<const BoxGround> ground) {
+                             std::shared_ptr<const LevelGround> ground) {
   ground_origin_ = origin;
   ground_ = std::move(ground);
-  level_physics_->set_ground(ground_);
+  physics_->set_ground(ground_ ? std::shared_ptr<const GroundLine>(ground_, &ground_->line())
+                               : nullptr);
+}
+
+std::shared_ptr<const LevelGround> PlanarRobot::draw_ground(Generator& generator,
+                                                            const Level& level) const {
+  const mjModel& base = *models_.base();
+  const Point origin{at(base.body_pos, layout_.trunk, 3)[0],
+                     at(base.geom_pos, floor_of(base), 3)[2]};
+  return std::make_shared<LevelGround>(generator, level, origin);
 }
 
 void PlanarRobot::reset(Generator& generator, double* info) {
   if (level_) {
     const GeneratorState origin = generator.state();
-    set_ground(origin, std::make_shared<BoxGround>(generator, *level_));
+    set_ground(origin, draw_ground(generator, *level_));
   }
   const double scale = options_.reset_noise_scale;
   // Draws in Gymnasium's order: positions, then velocities.
@@ -231,13 +232,12 @@ void PlanarRobot::step_group(RobotStep* const* steps, std::size_t count) noexcep
     }
     PlanarRobot& robot = robot_of(**step);
     robot.remember_state();
-    calls[num_calls].physics = robot.physics_;
+    calls[num_calls].physics = robot.physics_.get();
     calls[num_calls].control = (*step)->action;
     calls[num_calls].forces = robot.forces_of(**step);
     members[num_calls++] = *step;
   }
-  // The kernel steps the instances that it can, and leaves those in a level to the library.
-  if (num_calls != 0) flat_physics_->step_together(calls.data(), num_calls, options_.frame_skip);
+  if (num_calls != 0) physics_->step_together(calls.data(), num_calls, options_.frame_skip);
   for (std::size_t i = 0; i < num_calls; ++i) {
     RobotStep& step = *members[i];
     if (calls[i].failure) {
@@ -258,7 +258,7 @@ void PlanarRobot::observe(double* observation) const {
 LidarRanges PlanarRobot::cast_rays() const {
   LidarRanges ranges;
   const auto cast = [&](const mjData* data) {
-    ranges = cast_lidar(model(), data, base_origin(model(), position()), lidar_range_);
+    ranges = cast_lidar(model(), data, base_origin(model(), position()), lidar_range_, line());
   };
   if (needs_data(model())) {
     physics_->measure([&](const mjData& data) { cast(&data); });
@@ -290,7 +290,7 @@ void PlanarRobot::observe(const SensorNoise& noise, double* observation) const {
 }
 
 GroundBelow PlanarRobot::ground_below() const {
-  if (!level_ || !ground_) return {};
+  if (!ground_) return {};
   return ground_->below(position()[kBaseX] - model().qpos0[kBaseX]);
 }
 
@@ -322,7 +322,7 @@ void PlanarRobot::sense(Sensors& sensors) {
     sense_joints(model(), data, layout_, sensors);
     sense_motion(data, velocity_before_step_.data(), specification_.dt, sensors);
     const LidarRanges ranges =
-        cast_lidar(model(), &data, base_origin(model(), position()), lidar_range_);
+        cast_lidar(model(), &data, base_origin(model(), position()), lidar_range_, line());
     sensors.ranges.assign(ranges.begin(), ranges.end());
   });
   sensors.maximum_range = lidar_range_;
@@ -331,10 +331,8 @@ void PlanarRobot::sense(Sensors& sensors) {
 void PlanarRobot::scene(Scene& scene) const {
   constexpr double kTile = 0.5;  // [m]
   constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
-  if (ground_ && level_) {
-    const mjModel& base = *models_.base();
-    ground_->describe(at(base.body_pos, layout_.trunk, 3)[0],
-                      at(base.geom_pos, floor_of(base), 3)[2], scene);
+  if (ground_) {
+    ground_->describe(scene);
     return;
   }
   scene = {};
@@ -379,13 +377,13 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
   const double lidar_range = value_or(values, "lidar_range", options_.lidar_range);
   const std::optional<Level> level = level_of(values);
   GeneratorState origin{};
-  std::shared_ptr<const BoxGround> ground;
+  std::shared_ptr<const LevelGround> ground;
   if (level && reader.flag()) {
     reader.numbers(origin.data(), origin.size());
     ground = ground_;
     if (!ground_ || level_ != level || origin != ground_origin_) {
       Generator generator(origin);
-      ground = std::make_shared<BoxGround>(generator, *level);
+      ground = draw_ground(generator, *level);
     }
   }
   if (is_alive && level && !ground) refuse_state("its level has no course");
@@ -395,8 +393,8 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
     x_before_step_ = x_before_step;
     velocity_before_step_ = velocity_before_step;
     level_ = level;
-    choose_physics(model);
-    if (level) set_ground(origin, ground);
+    physics_->set_model(model);
+    set_ground(origin, ground);
     // Without a ground the next call is `reset`.
     if (!level || ground) physics_->load(state.data());
   };
@@ -410,8 +408,7 @@ void PlanarRobot::set_coordinates(const std::vector<double>& position,
   physics_->save(state.data());
   std::copy(velocity.begin(), velocity.end(),
             std::copy(position.begin(), position.end(), state.begin()));
-  physics_->load(state.data());  // for the boxes of a level that are near this position
-  forward(model(), state.data());
+  forward(model(), line(), state.data());
   physics_->load(state.data());
   velocity_before_step_ = velocity;
   write_first_info(info);

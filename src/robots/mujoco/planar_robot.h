@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "robots/mujoco/level_physics.h"
+#include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/lidar.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
@@ -77,7 +77,7 @@ class PlanarRobot : public Robot {
   /// @throws std::runtime_error if the simulation is unstable
   void step(RobotStep& step) override;
   void step_group(RobotStep* const* steps, std::size_t count) noexcept override;
-  std::size_t group_size() const override { return flat_physics_->group_size(); }
+  std::size_t group_size() const override { return physics_->group_size(); }
   void observe(double* observation) const override;
   void observe(const SensorNoise& noise, double* observation) const override;
   void sense(Sensors& sensors) override;
@@ -111,18 +111,17 @@ class PlanarRobot : public Robot {
   void write_first_info(double* info) const;
   void remember_state();
   ExternalForces forces_of(const RobotStep& step);
-  void choose_physics(const ModelPointer& model);
-  void set_ground(const GeneratorState& origin, std::shared_ptr<const BoxGround> ground);
+  std::shared_ptr<const LevelGround> draw_ground(Generator& generator, const Level& level) const;
+  void set_ground(const GeneratorState& origin, std::shared_ptr<const LevelGround> ground);
+  const GroundLine* line() const { return ground_ ? &ground_->line() : nullptr; }
   void finish_step(RobotStep& step) const;
 
   PlanarOptions options_;
   WorldModels models_;
-  std::unique_ptr<Physics> flat_physics_;
-  std::unique_ptr<LevelPhysics> level_physics_;  // null before the first level
-  Physics* physics_;                             // of the world: one of the two
-  std::optional<Level> level_;                   // of the world; empty: the floor is flat
-  std::shared_ptr<const BoxGround> ground_;      // null before the first reset in a level
-  GeneratorState ground_origin_{};               // generator state before the ground
+  std::unique_ptr<Physics> physics_;
+  std::optional<Level> level_;                 // of the world; empty: the floor is flat
+  std::shared_ptr<const LevelGround> ground_;  // null before the first reset in a level
+  GeneratorState ground_origin_{};             // generator state before the ground
   Layout layout_;
   Specification specification_;
   double lidar_range_;                        // in this world [m]

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/limits.h"
-#include "robots/mujoco/level_physics.h"
+#include "robots/mujoco/floor.h"
 #include "robots/mujoco/offscreen_context.h"
 
 namespace walker::mujoco {

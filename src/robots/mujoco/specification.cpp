@@ -218,8 +218,8 @@ std::string name_libm_variant() {
 void set_engine(Specification& specification) {
   static const std::string kLibmVariant = name_libm_variant();
   specification.engine = "MuJoCo";
-  specification.engine_version =
-      std::string(mj_versionString()) + " (pinned, mujoco 2.2.2)" + kLibm + kLibmVariant;
+  specification.engine_version = std::string(mj_versionString()) + " (pinned, mujoco 2.2.2)" +
+                                 kLibm + kLibmVariant + kLevels + "lines";
   Dl_info where{};
   if (dladdr(reinterpret_cast<const void*>(&mj_step), &where) != 0 && where.dli_fname != nullptr) {
     specification.engine_path = where.dli_fname;

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "robots/mujoco/floor.h"
+#include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
 
@@ -27,7 +29,28 @@ struct AlteredModel {
   ModelPointer base;
   mjModel model;
   std::vector<std::vector<mjtNum>> arrays;  // replacements
+  std::vector<mjtByte> frames;              // replacement of geom_sameframe
 };
+
+/// Raises the floor, and gives mjData room for contacts with corners.
+void prepare_for_level(AlteredModel& altered) {
+  constexpr double kHigh = 1e6;  // [m]
+  constexpr int kMoreContacts = 32;
+  constexpr int kStackPerRow = 200;  // [mjtNum]
+  mjModel& model = altered.model;
+  const int floor = floor_of(model);
+  altered.replace(model.geom_pos, model.geom_pos, 3 * model.ngeom);
+  at(model.geom_pos, floor, 3)[2] += kHigh;
+  altered.frames.assign(model.geom_sameframe, model.geom_sameframe + model.ngeom);
+  altered.frames[static_cast<std::size_t>(floor)] = 0;
+  model.geom_sameframe = altered.frames.data();
+  int dim = *std::max_element(model.geom_condim, model.geom_condim + model.ngeom);
+  for (int pair = 0; pair < model.npair; ++pair) dim = std::max(dim, model.pair_dim[pair]);
+  const int more_rows = kMoreContacts * std::max(2 * (dim - 1), 1);
+  model.nconmax += kMoreContacts;
+  model.njmax += more_rows;
+  model.nstack += kStackPerRow * more_rows;
+}
 
 }  // namespace
 
@@ -79,7 +102,7 @@ std::vector<WorldParameter> physics_parameters(const DampingLimits& damping) {
 bool operator==(const WorldPhysics& a, const WorldPhysics& b) {
   return a.gravity == b.gravity && a.joint_damping == b.joint_damping &&
          a.friction_scale == b.friction_scale && a.motor_strength == b.motor_strength &&
-         a.mass_scale == b.mass_scale;
+         a.mass_scale == b.mass_scale && a.has_level == b.has_level;
 }
 
 WorldPhysics physics_of(const WorldValues& values) {
@@ -94,6 +117,7 @@ WorldPhysics physics_of(const WorldValues& values) {
   physics.friction_scale = value_or(values, "friction_scale", physics.friction_scale);
   physics.motor_strength = value_or(values, "motor_strength", physics.motor_strength);
   physics.mass_scale = value_or(values, "mass_scale", physics.mass_scale);
+  physics.has_level = level_of(values).has_value();
   return physics;
 }
 
@@ -130,6 +154,10 @@ ModelPointer WorldModels::model_of(const WorldPhysics& physics) {
     altered->scale(model.body_mass, model.nbody, physics.mass_scale);
     altered->scale(model.body_inertia, 3 * model.nbody, physics.mass_scale);
     ModelPool<MassComputation>::Loan(*mass_computations_)->run(*altered);
+    is_altered = true;
+  }
+  if (physics.has_level) {
+    prepare_for_level(*altered);
     is_altered = true;
   }
   last_model_ = is_altered ? ModelPointer(altered, &model) : base_;

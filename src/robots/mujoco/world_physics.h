@@ -27,6 +27,7 @@ struct WorldPhysics {
   double friction_scale = 1;
   double motor_strength = 1;
   double mass_scale = 1;
+  bool has_level = false;  ///< whether a line of ground replaces the floor
 
   friend bool operator==(const WorldPhysics& a, const WorldPhysics& b);
 };
@@ -53,6 +54,8 @@ class WorldModels {
   ///   mass_scale      times body_mass and body_inertia; armatures stay. mj_setConst computes what
   ///                   depends on the masses.
   ///   joint_damping   dof_damping of the limbs' hinges
+  ///   has_level       raises the floor far above the robot (`GroundInUse`), and gives mjData more
+  ///                   room for contacts
   ///
   /// The model shares its other arrays with the base model: it takes a few kB instead of 300, but
   /// MuJoCo must not write, copy or save it.

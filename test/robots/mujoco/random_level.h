@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/random.h"
-#include "robots/mujoco/box_ground.h"
+#include "robots/mujoco/level_ground.h"
 
 namespace walker::mujoco {
 

@@ -324,7 +324,7 @@ TEST(Libm, IsPartOfTheEngineVersion) {
   for (const Registration& registration : registrations()) {
     const auto walker = make(registration.id);
     const Specification& specification = walker->specification();
-    EXPECT_EQ(std::regex_match(libm_of(specification.engine_version), variant),
+    EXPECT_EQ(std::regex_match(variant_of(specification.engine_version, kLibm), variant),
               specification.engine == "MuJoCo")
         << specification.engine_version;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,12 @@ double height_in(const Scene& scene, double x) {
   return height;
 }
 
+/// Steps of a test of stability; WALKER_SIM_TEST_STEPS asks for more.
+long num_steps() {
+  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
+  return std::max(text != nullptr ? std::strtol(text, nullptr, 10) : 0, 25000L);
+}
+
 /// Random actions from all along the ground, in levels at each parameter's limits and between.
 TEST_P(WorldLevelsTest, IsStableInLevels) {
   Generator random(7);
@@ -44,10 +51,11 @@ TEST_P(WorldLevelsTest, IsStableInLevels) {
   for (int i = 0; i < 40; ++i) levels.push_back(random_level(random));
   WorldRobot robot = make();
   Numbers action(robot.action_size());
+  const std::uint64_t num_seeds = num_steps() / (100 * levels.size()) + 1;
   for (const WorldValues& level : levels) {
     SCOPED_TRACE(to_string(as_numbers(level)));
     robot.robot->set_world(level);
-    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    for (std::uint64_t seed = 0; seed < num_seeds; ++seed) {
       robot.reset(seed);
       Scene scene;
       robot.robot->scene(scene);
@@ -99,7 +107,7 @@ TEST_P(WorldLevelsTest, HealthIsMeasuredFromTheGround) {
     robot.reset(seed);
     Scene scene;
     robot.robot->scene(scene);
-    for (double x = 2.5; x < 60; x += 1.7) {
+    for (double x = 2.5; x < 60; x += 1.73) {
       const double height = height_in(scene, x);
       Numbers place(kBaseJoints + robot.action_size());
       place[kBaseX] = x;

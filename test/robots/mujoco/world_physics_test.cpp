@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bits.h"
-#include "robots/mujoco/box_ground.h"
+#include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
 #include "robots/mujoco/other_walker.h"

@@ -8,7 +8,7 @@
 
 #include "bits.h"
 #include "observer.h"
-#include "robots/mujoco/box_ground.h"
+#include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/player.h"
 #include "robots/mujoco/world_robot.h"
 

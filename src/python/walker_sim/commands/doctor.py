@@ -160,7 +160,7 @@ def examine_walkers() -> Findings:
             continue
         release, _, kernel = specification["engine_version"].partition(", stepped by the ")
         engines[f"{specification['engine']} {release}"] = specification["engine_path"]
-        libm = release.partition(", libm: ")[2]
+        libm = release.partition(", libm: ")[2].partition(", ")[0]
         text = f"stepped by the {kernel}; {STEPS} steps have "
         expected = BITS.get(libm, {}).get(env_id)
         if expected is None:

@@ -1,4 +1,4 @@
-// Joint limits and contacts of capsules with the floor, as the solver's constraint rows
+// Joint limits and contacts of capsules with the floor or a level, as the solver's constraint rows
 // (engine_core_constraint.c and engine_collision_primitive.c of MuJoCo 2.2.2; see smooth.h).
 //
 // A row has the Jacobian J and the violation d < 0 (distance minus margin) [m or rad]. Its cost in
@@ -10,11 +10,11 @@
 //              k = 1 / (d1 timeconst dampratio)^2         [solref: timeconst, dampratio]
 //   D          = 1 / R,   R = A (1 - s) / s               A: approximation of J M^-1 J'
 //   limit      d = qpos - low, J = 1, or d = high - qpos, J = -1;  A = dof_invweight0
-//   contact    d = end_z - radius - margin;  J = J_n +- mu J_t along normal and tangent;
+//   contact    d = distance - margin;  J = J_n +- mu J_t along normal and tangent;
 //              A = w + mu^2 w, w: sum of both bodies' invweight0;  its rows have 2 mu^2 R for R
 //
-// The contact's point is halfway between capsule and floor. Per unit of velocity, a hinge moves it
-// by cdof's translation + axis x (point - com), a slide by its axis. Inputs: qpos, qvel and
+// touches.h finds the contacts, with their points and frames. Per unit of velocity, a hinge moves a
+// point by cdof's translation + axis x (point - com), a slide by its axis. Inputs: qpos, qvel and
 // smooth.h's results. No state.
 //
 // Each lane has its own rows. Its contacts fill the slots in order; those of the left leg, if there
@@ -27,22 +27,15 @@
 
 #include "robots/mujoco/kernel/kernel.h"
 #include "robots/mujoco/kernel/smooth.h"
+#include "robots/mujoco/kernel/touches.h"
 
 namespace walker::mujoco::kernel::WALKER_SIM_ROBOT {
 inline namespace WALKER_SIM_INSTRUCTION_SET {
 
 constexpr int kLimits = model::njnt - 3;  ///< joints with limits
 constexpr int kFirstLimited = 3;
-constexpr int kEnds = 2 * kLimbs;  ///< ends of capsules, where contacts are
-constexpr int kRows = 3;           ///< distinct rows of a contact
+constexpr int kRows = 3;  ///< distinct rows of a contact
 
-/// The left leg's first limb, the trunk's second child; kLimbs if there is one leg.
-constexpr int kFirstLeftLimb = [] {
-  int limb = 2;  // the first are the trunk and its first child
-  while (limb < kLimbs && model::body_parentid[limb + 1] != 1) ++limb;
-  return limb;
-}();
-constexpr bool kHasLeftLeg = kFirstLeftLimb < kLimbs;
 constexpr int kFirstLeftDof = kFirstLeftLimb + 2;
 
 /// Limits and contacts of all lanes.
@@ -79,8 +72,9 @@ struct Rows {
   int num_slots = 0;
   unsigned touching[kEnds];  ///< bit mask of lanes in contact, per end of a capsule
   Mask<W> has_any;
+  Mask<W> has_too_many;  ///< lanes with more contacts than slots
   Limit limits[kLimits];
-  Slot slots[kEnds];
+  Slot slots[kMaxSlots];
 
   /// Calls function(side, slot). The side is a constant: 0 for torso and right leg, 1 for left leg.
   template <typename Function>
@@ -94,15 +88,15 @@ struct Rows {
 };
 
 /// Whether an element of a Jacobian may be non-zero. Only the trunk's joints and those of the
-/// slot's leg move a contact, and row 2 does not depend on the slide along x.
-constexpr bool has_column(int side, int row, int dof) {
-  return (row < 2 || dof > 0) && (dof < 3 || (dof < kFirstLeftDof) == (side == 0));
+/// slot's leg move a contact.
+constexpr bool has_column(int side, int dof) {
+  return dof < 3 || (dof < kFirstLeftDof) == (side == 0);
 }
 
 template <int Side, int Row, typename V>
 WALKER_SIM_INLINE inline void read_row(const V (&jacobian)[kRows][model::nv], V* row) {
   unrolled<model::nv>([&](auto dof) WALKER_SIM_INLINE {
-    if constexpr (has_column(Side, Row, dof)) {
+    if constexpr (has_column(Side, dof)) {
       row[dof] = jacobian[Row][dof];
     } else {
       row[dof] = 0.0;
@@ -121,13 +115,6 @@ WALKER_SIM_INLINE inline V row_times(const V (&jacobian)[kRows][model::nv], cons
 struct Limits {
   static constexpr const double* kSolref = model::jnt_solref[kFirstLimited];
   static constexpr const double* kSolimp = model::jnt_solimp[kFirstLimited];
-};
-
-/// getsolparam: parameters of all contacts with the floor.
-struct Contacts {
-  static constexpr const double* kSolref = model::pair_solref[0];
-  static constexpr const double* kSolimp = model::pair_solimp[0];
-  static constexpr double kMargin = model::pair_margin[0];
 };
 
 template <typename Of>
@@ -206,80 +193,6 @@ WALKER_SIM_INLINE inline void find_limits(const ModelValues<Vector<W>>& values,
   });
 }
 
-/// Geometry and friction of a slot's contacts, one per lane.
-template <int W>
-struct Touch {
-  Vector<W> end_x, end_z, axis_x, radius, friction, diagonal;
-  Vector<W> moves[model::nv];  ///< 1 if the degree of freedom moves the capsule, else 0
-};
-
-/// 1 for each degree of freedom that moves a limb, else 0.
-inline constexpr auto kMoves = [] {
-  struct {
-    double limb[kLimbs][model::nv];
-  } moves{};
-  for (int limb = 0; limb < kLimbs; ++limb) {
-    const int body = limb + 1;
-    int dof = model::body_dofadr[body] + model::body_dofnum[body] - 1;
-    for (; dof >= 0; dof = model::dof_parentid[dof]) moves.limb[limb][dof] = 1;
-  }
-  return moves;
-}();
-
-/// mj_collision for predefined pairs, mjc_PlaneCapsule: finds the capsules' ends below the floor.
-template <int W>
-WALKER_SIM_INLINE inline void find_touches(const Smooth<Vector<W>>& smooth,
-                                           const ModelValues<Vector<W>>& values, Touch<W>* touches,
-                                           Rows<W>& rows) {
-  using V = Vector<W>;
-  unsigned any_touching = 0;
-  unrolled<kLimbs>([&](auto limb) WALKER_SIM_INLINE {
-    constexpr double reach = Contacts::kMargin + model::geom_rbound[limb + 1];
-    const Mask<W> is_far = smooth.centre_z[limb] > V(reach);
-    unrolled<2>([&](auto side) WALKER_SIM_INLINE {
-      constexpr int end = 2 * limb + side;
-      const V depth = smooth.end_z[end] - V(model::geom_size[limb + 1][0]);
-      Mask<W> is_below = depth < V(Contacts::kMargin);
-      if constexpr (Contacts::kMargin != 0) {  // rounding may decide MuJoCo's two tests differently
-        is_below =
-            is_below & ~(smooth.end_z[end] > V(Contacts::kMargin + model::geom_size[limb + 1][0]));
-      }
-      rows.touching[end] = to_bits(~is_far & is_below);
-      any_touching |= rows.touching[end];
-    });
-  });
-  if (any_touching == 0) return;
-  int count[W] = {};
-  for (int end = 0; end < kEnds; ++end) {
-    if (end == 2 * kFirstLeftLimb) {  // the left leg's contacts come last
-      rows.num_right = rows.num_slots;
-      for (int& slots : count) slots = rows.num_slots;
-    }
-    const int limb = end / 2;
-    for (unsigned lanes = rows.touching[end]; lanes != 0; lanes &= lanes - 1) {
-      const int lane = __builtin_ctz(lanes);
-      const int slot = count[lane]++;
-      Touch<W>& touch = touches[slot];
-      if (slot == rows.num_slots) {
-        ++rows.num_slots;
-        touch.end_x = touch.end_z = touch.radius = 0.0;
-        touch.axis_x = touch.friction = touch.diagonal = 1.0;
-        for (V& moves : touch.moves) moves = 0.0;
-      }
-      touch.end_x.set(lane, smooth.end_x[end][lane]);
-      touch.end_z.set(lane, smooth.end_z[end][lane]);
-      touch.axis_x.set(lane, smooth.axis_x[limb][lane]);
-      touch.radius.set(lane, model::geom_size[limb + 1][0]);
-      touch.friction.set(lane, values.friction[limb][lane]);
-      touch.diagonal.set(lane, values.diagonal[limb][lane]);
-      for (int dof = 0; dof < model::nv; ++dof) {
-        touch.moves[dof].set(lane, kMoves.limb[limb][dof]);
-      }
-    }
-  }
-  if constexpr (!kHasLeftLeg) rows.num_right = rows.num_slots;
-}
-
 /// mj_instantiateContact, mj_makeImpedance, mj_referenceConstraint.
 template <int Side, int W>
 WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const Touch<W>& touch,
@@ -289,28 +202,25 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
   const V zero = 0.0;
   const Mask<W> is_there = V(0.5) < touch.moves[0];
   has_any = has_any | is_there;
-  const V distance = touch.end_z - touch.radius;
-  const V x = touch.end_x - smooth.com_x;
-  const V z = (touch.end_z + (-distance / V(2.0) - touch.radius)) - smooth.com_z;
-  // mjc_PlaneCapsule's frame: the capsule's axis, projected to the floor and normalized.
-  const V length = sqrt(touch.axis_x * touch.axis_x);
-  const V tangent = select(length < V(kMinimum), V(1.0), touch.axis_x * (V(1.0) / length));
+  const V x = touch.x - smooth.com_x;
+  const V z = touch.z - smooth.com_z;
   unrolled<model::nv>([&](auto dof) WALKER_SIM_INLINE {
-    if constexpr (has_column(Side, 0, dof)) {
+    if constexpr (has_column(Side, dof)) {
       V along_x = model::jnt_axis[dof][0];
       V along_z = model::jnt_axis[dof][2];
       if constexpr (is_hinge(dof)) {
         along_x = smooth.cdof_x[dof] + V(model::jnt_axis[dof][1]) * z;
         along_z = smooth.cdof_z[dof] - V(model::jnt_axis[dof][1]) * x;
       }
-      const V along_tangent = along_x * tangent;
+      const V normal = along_x * touch.normal_x + along_z * touch.normal_z;
+      const V tangent = along_x * touch.tangent_x + along_z * touch.tangent_z;
       const Mask<W> moves = V(0.5) < touch.moves[dof];
-      slot.jacobian[0][dof] = select(moves, along_z + along_tangent * touch.friction, zero);
-      slot.jacobian[1][dof] = select(moves, along_z + along_tangent * -touch.friction, zero);
-      slot.jacobian[2][dof] = select(moves, along_z, zero);
+      slot.jacobian[0][dof] = select(moves, normal + tangent * touch.friction, zero);
+      slot.jacobian[1][dof] = select(moves, normal + tangent * -touch.friction, zero);
+      slot.jacobian[2][dof] = select(moves, normal, zero);
     }
   });
-  const V violation = distance - V(Contacts::kMargin);
+  const V violation = touch.distance - V(Contacts::kMargin);
   const V share = impedance<Contacts>(violation, is_there);
   V R = (V(1.0) - share) * touch.diagonal / share;
   R = select(R < V(kMinimum), V(kMinimum), R);
@@ -322,17 +232,26 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
   });
 }
 
+/// @param lines of the lanes' grounds; null: no lane has a level
 template <int W>
 __attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth,
                                          const ModelValues<Vector<W>>& values,
-                                         const Vector<W>* qpos, const Vector<W>* qvel,
-                                         Rows<W>& rows) {
-  rows.num_limits = rows.num_right = rows.num_slots = 0;
+                                         const GroundLine* const* lines, const Vector<W>* qpos,
+                                         const Vector<W>* qvel, Rows<W>& rows) {
+  rows.num_limits = 0;
   rows.has_any = Mask<W>::none();
   find_limits(values, qpos, qvel, rows);
-  Touch<W> touches[kEnds];
-  find_touches(smooth, values, touches, rows);
-  const Touch<W>* touch = touches;
+  Touches<W> touches;
+  if (lines == nullptr) {
+    touch_floor(smooth, values, touches);
+  } else {
+    touch_lines(smooth, values, lines, touches);
+  }
+  rows.num_right = touches.num_right;
+  rows.num_slots = touches.num_slots;
+  rows.has_too_many = touches.has_too_many;
+  for (int end = 0; end < kEnds; ++end) rows.touching[end] = touches.touching[end];
+  const Touch<W>* touch = touches.slots;
   rows.for_each_slot([&](auto side, typename Rows<W>::Slot& slot) WALKER_SIM_INLINE {
     make_slot<side>(smooth, *touch++, qvel, slot, rows.has_any);
   });

@@ -5,6 +5,7 @@
 //
 //   smooth.h         a_smooth = M^-1 (passive - bias + force), without constraints
 //   limb_contacts.h  whether limbs may touch each other; if so, the library must make the step
+//   touches.h        contacts of limbs with the floor or a level's line
 //   constraints.h    a row J of each limit and contact, its stiffness D and reference acceleration
 //   solver.h         a = argmin 1/2 |a - a_smooth|_M^2 + the cost of J a - reference, by Newton's
 //                    method with an exact line search (line_search.h)
@@ -12,6 +13,8 @@
 
 #include <array>
 #include <cstddef>
+
+#include "robots/mujoco/ground_contact.h"
 
 namespace walker::mujoco::kernel {
 
@@ -36,6 +39,12 @@ struct ModelValues {
   V diagonal[kMaxLimbs];              ///< MuJoCo's diagApprox of a contact's rows
 };
 
+/// Returns a height above which nothing of a line is within a robot's reach of x [m].
+double top_around(const GroundLine& line, double x);
+
+/// The floor of the kernels' models, for instances without a level beside some with one.
+const GroundLine& flat_floor();
+
 /// State that MuJoCo's steps pass from one to the next, and what acts in them.
 struct Instance {
   using Coordinates = std::array<double, kMaxCoordinates>;
@@ -46,6 +55,7 @@ struct Instance {
   std::array<double, kMaxMotors> torque{};      ///< of the motors [N m]
   std::array<double, 2> push{};                 ///< force on the trunk along x and z [N]
   const ModelValues<double>* values = nullptr;  ///< must be set
+  const GroundLine* line = nullptr;             ///< that limbs touch; null: the flat floor
   unsigned pattern = 0;     ///< equal for instances with the same contacts and limits
   bool is_flagged = false;  ///< the library must redo this step from the state before it
 };

@@ -8,6 +8,7 @@
 #include "base/limits.h"
 #include "robots/mujoco/model_pool.h"
 #include "robots/mujoco/planar_model.h"
+#include "robots/mujoco/world_physics.h"
 
 namespace walker::mujoco::kernel {
 namespace {
@@ -22,10 +23,22 @@ using DataPool = ModelPool<Data>;
 
 /// What walkers with the same base model share.
 struct Shared {
-  explicit Shared(const ModelPointer& base) : values(values_of(*base)), data(base) {}
+  explicit Shared(const ModelPointer& base)
+      : values(values_of(*base)),
+        floor(floor_of(*base)),
+        data(base),
+        level_data(WorldModels(base).model_of(in_level())) {}
+
+  static WorldPhysics in_level() {
+    WorldPhysics physics;
+    physics.has_level = true;
+    return physics;
+  }
 
   ModelValues<double> values;  ///< of the base model
-  DataPool data;               ///< for models of all instances, which have the same sizes
+  int floor;                   ///< geom that a level replaces
+  DataPool data;               ///< for models of all instances without a level
+  DataPool level_data;         ///< for those with one, which have other sizes
 };
 
 /// An instance that a kernel steps. The control becomes torques, as in mj_fwdActuation,
@@ -55,6 +68,11 @@ class KernelPhysics : public Physics {
     model_ = std::move(model);
   }
 
+  void set_ground(std::shared_ptr<const GroundLine> line) override {
+    line_ = std::move(line);
+    instance_.line = line_.get();
+  }
+
   const double* position() const override { return instance_.position.data(); }
   const double* velocity() const override { return instance_.velocity.data(); }
 
@@ -64,7 +82,8 @@ class KernelPhysics : public Physics {
     control_ = {};
     kernel_.start(instance_);
     if (!instance_.is_flagged) return;
-    const DataPool::Loan loan(shared_->data);
+    const GroundInUse ground(line_.get(), shared_->floor);
+    const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
     std::copy_n(position, model_->nq, data.qpos);
@@ -116,7 +135,8 @@ class KernelPhysics : public Physics {
   std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
-    const DataPool::Loan loan(shared_->data);
+    const GroundInUse ground(line_.get(), shared_->floor);
+    const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     write(instance_, data);
     std::copy_n(control_.begin(), model_->nu, data.ctrl);
@@ -142,6 +162,7 @@ class KernelPhysics : public Physics {
     const ModelValues<double>* const model_values = instance_.values;
     instance_ = {};
     instance_.values = model_values;
+    instance_.line = line_.get();
     const double* next = values;
     const auto take = [&next](auto& to, int count) {
       std::copy_n(next, count, to.begin());
@@ -185,9 +206,14 @@ class KernelPhysics : public Physics {
     return !instance_.is_flagged;
   }
 
+  DataPool& data_pool() const {
+    return model_->nconmax == base_->nconmax ? shared_->data : shared_->level_data;
+  }
+
   /// @throws as `step`
   void step_by_library(const Instance& before, const ExternalForces& forces, int count) {
-    const DataPool::Loan loan(shared_->data);
+    const GroundInUse ground(line_.get(), shared_->floor);
+    const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
     write(before, data);
@@ -212,11 +238,19 @@ class KernelPhysics : public Physics {
   std::shared_ptr<Shared> shared_;
   ModelPointer model_;                               // of this instance
   std::unique_ptr<ModelValues<double>> own_values_;  // if the model is not the base model
+  std::shared_ptr<const GroundLine> line_;           // null: the floor is flat
   Instance instance_;
   std::array<double, kMaxMotors> control_{};
 };
 
 }  // namespace
+
+const GroundLine& flat_floor() {
+  static const GroundLine kFloor({{0, 0}});
+  return kFloor;
+}
+
+double top_around(const GroundLine& line, double x) { return line.top_around(x); }
 
 std::unique_ptr<Physics> make_physics(const Kernels& kernels, ModelPointer model) {
   const KernelChoice choice = choose_kernel(kernels, *model);

@@ -38,6 +38,8 @@ struct Group {
   Vector<W> warm_start[model::nv];
   Vector<W> force[model::nv];
   ModelValues<Vector<W>> values;
+  const GroundLine* lines[W];
+  bool has_lines;
   Mask<W> flagged;
   unsigned pattern[W];
 };
@@ -67,7 +69,9 @@ class Forward {
       }
     }
     for (int g = 0; g < count; ++g) {
-      make_rows(smooth_[g], groups[g].values, qpos[g], qvel[g], rows_[g]);
+      const GroundLine* const* const lines = groups[g].has_lines ? groups[g].lines : nullptr;
+      make_rows(smooth_[g], groups[g].values, lines, qpos[g], qvel[g], rows_[g]);
+      groups[g].flagged = groups[g].flagged | rows_[g].has_too_many;
     }
     for (int g = 0; g < count; ++g) {
       Group<W>& group = groups[g];
@@ -180,8 +184,11 @@ WALKER_SIM_INLINE inline void load(const ModelValues<double>& from, int lane,
 template <int W>
 void load(Instance* const* instances, int count, Group<W>& group) {
   group.flagged = Mask<W>::none();
+  group.has_lines = false;
   for (int lane = 0; lane < W; ++lane) {
     const Instance& instance = *instances[lane < count ? lane : count - 1];
+    group.lines[lane] = instance.line != nullptr ? instance.line : &flat_floor();
+    group.has_lines |= instance.line != nullptr;
     for (int i = 0; i < model::nv; ++i) {
       group.qpos[i].set(lane, instance.position[i]);
       group.qvel[i].set(lane, instance.velocity[i]);

@@ -70,7 +70,7 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
     V warm_cost = 0.0;
     V smooth_cost = 0.0;
     V of_limits[kLimits];
-    V of_slots[kEnds][kRows];
+    V of_slots[kMaxSlots][kRows];
     for (int k = 0; k < rows_.num_limits; ++k) {
       auto& limit = rows_.limits[k];
       limit.residual = limit.jacobian * qacc[limit.dof] - limit.reference;
@@ -204,7 +204,7 @@ class Solver {  // NOLINT(clang-analyzer-optin.performance.Padding)
       move(Ma_[i], Mv[i]);
     });
     Mask<W> limits_before[kLimits];
-    Mask<W> slots_before[kEnds][kRows];
+    Mask<W> slots_before[kMaxSlots][kRows];
     for (int k = 0; k < rows_.num_limits; ++k) {
       move(rows_.limits[k].residual, rows_.limits[k].direction);
       limits_before[k] = rows_.limits[k].is_active;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <iostream>
 #include <random>
@@ -15,6 +16,7 @@
 #include "robots/mujoco/kernel/altered.h"
 #include "robots/mujoco/kernel/kernel_physics.h"
 #include "robots/mujoco/kernel/run.h"
+#include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_physics.h"
 
 namespace walker::mujoco::kernel {
@@ -27,13 +29,13 @@ long steps_of_each() {
 
 /// Maximum share of steps that a kernel may leave to the library; in walks and falls none, or few
 /// at the limits of an instance's physics. The limbs of a hopper touch each other when it lies on
-/// the floor, and rarely after a violent start.
+/// the floor, and rarely after a violent start or on a level.
 double allowed_share(const TestedRobot& robot, const std::string& mode, Instances instances) {
   if (mode == "wild") return 0.2;
   if (mode == "extreme" || mode == "rest" || mode == "tiny") return 1;
   if (mode == "endless" && robot.limbs_can_touch) return 0.1;
   const bool may_be_few =
-      instances == Instances::altered || (mode == "violent" && robot.limbs_can_touch);
+      instances != Instances::plain || (mode == "violent" && robot.limbs_can_touch);
   return may_be_few ? 0.002 : 0;
 }
 
@@ -68,9 +70,9 @@ TEST_P(KernelTest, HasTheLibrarysBits) {
 
 std::string name_of(const testing::TestParamInfo<KernelTest::ParamType>& info) {
   const std::string file = std::get<0>(info.param);
-  const bool is_plain = std::get<2>(info.param) == Instances::plain;
+  constexpr std::array<const char*, 3> kSuffixes{"", "_altered", "_in_levels"};
   return file.substr(0, file.find('.')) + "_" + std::get<1>(info.param) +
-         (is_plain ? "" : "_altered");
+         kSuffixes.at(static_cast<std::size_t>(std::get<2>(info.param)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
@@ -82,7 +84,8 @@ INSTANTIATE_TEST_SUITE_P(Walkers, KernelTest,
 INSTANTIATE_TEST_SUITE_P(Instances, KernelTest,
                          testing::Combine(testing::Values("hopper_v5.xml", "walker2d_v5.xml"),
                                           testing::ValuesIn(modes()),
-                                          testing::Values(Instances::altered)),
+                                          testing::Values(Instances::altered,
+                                                          Instances::in_levels)),
                          name_of);
 
 TEST(KernelControlTest, DetectsMinimalErrors) {
@@ -104,6 +107,12 @@ class KernelGroupTest : public testing::TestWithParam<const char*> {
       for (double& value : instance.velocity) value = 5 * unit(random_);
       instance.position[1] += 1.1;
       instance.values = &values_[random_() % values_.size()];
+      if (random_() % 3 != 0) {
+        const LevelGround& ground = grounds_[random_() % grounds_.size()];
+        instance.position[0] += 50 + 40 * unit(random_);
+        instance.position[1] += ground.below(instance.position[0]).top;
+        instance.line = &ground.line();
+      }
       kernel.start(instance);
       for (double& value : instance.torque) value = 100 * unit(random_);
       for (double& value : instance.push) value = random_() % 2 == 0 ? 1000 * unit(random_) : 0;
@@ -123,8 +132,19 @@ class KernelGroupTest : public testing::TestWithParam<const char*> {
 
   std::mt19937_64 random_{3};
   std::vector<ModelValues<double>> values_ = several_values();
+  std::vector<LevelGround> grounds_ = several_grounds();
 
  private:
+  static std::vector<LevelGround> several_grounds() {
+    std::vector<LevelGround> all;
+    Generator random(2);
+    for (int i = 0; i < 9; ++i) {
+      const WorldValues values = random_level(random);
+      all.emplace_back(random, *level_of(values), Point{0, 0});
+    }
+    return all;
+  }
+
   /// Values of both models, and of instances.
   static std::vector<ModelValues<double>> several_values() {
     std::vector<ModelValues<double>> all;
@@ -139,7 +159,7 @@ class KernelGroupTest : public testing::TestWithParam<const char*> {
   }
 };
 
-/// Groups mix models and instances.
+/// Groups mix models, instances, levels and the floor.
 TEST_P(KernelGroupTest, ResultsAreIndependentOfTheGroup) {
   for (const Kernel* kernel : robot_of(GetParam()).kernels.usable) {
     for (std::size_t count = 1; count <= 40; ++count) {

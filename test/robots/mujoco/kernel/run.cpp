@@ -11,6 +11,7 @@
 
 #include "robots/hopper/registration.h"
 #include "robots/mujoco/planar_model.h"
+#include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_physics.h"
 #include "robots/walker2d/registration.h"
 #include "walker_sim/agent.h"
@@ -31,7 +32,7 @@ double uniform(Random& random, double low, double high) {
 struct Mode {
   std::function<void(const mjModel&, Random&, mjData&)> begin;
   std::function<void(const mjModel&, Random&, std::size_t instance, mjData&)> drive;
-  std::function<bool(const TestedRobot&, Random&, const mjData&)> ends;
+  std::function<bool(const TestedRobot&, Random&, double height, double pitch)> ends;
 };
 
 void begin_near_standing(const mjModel& model, Random& random, mjData& data) {
@@ -100,17 +101,18 @@ void drive_by_gait(const mjModel& model, Random& random, std::size_t /*instance*
   });
 }
 
-bool ends_by_fall(const TestedRobot& robot, Random& random, const mjData& data) {
-  const double z = data.qpos[1];
-  const bool stands = z > robot.lowest && z < 2 && std::abs(data.qpos[2]) < robot.largest_pitch;
+bool ends_by_fall(const TestedRobot& robot, Random& random, double height, double pitch) {
+  const bool stands = height > robot.lowest && height < 2 && std::abs(pitch) < robot.largest_pitch;
   return !stands || random() % 1000 == 0;
 }
 
-bool ends_rarely(const TestedRobot& /*robot*/, Random& random, const mjData& /*data*/) {
+bool ends_rarely(const TestedRobot& /*robot*/, Random& random, double /*height*/,
+                 double /*pitch*/) {
   return random() % 400 == 0;
 }
 
-bool ends_at_once(const TestedRobot& /*robot*/, Random& /*random*/, const mjData& /*data*/) {
+bool ends_at_once(const TestedRobot& /*robot*/, Random& /*random*/, double /*height*/,
+                  double /*pitch*/) {
   return true;
 }
 
@@ -137,7 +139,10 @@ const std::map<std::string, Mode>& all_modes() {
 /// Draws an instance with some of the parameters; half of their values are limits.
 WorldValues draw_world(const TestedRobot& robot, Random& random) {
   WorldValues values;
-  for (const WorldParameter& parameter : find_registration(robot.name + "-v5").world_parameters) {
+  std::vector<WorldParameter> parameters = find_registration(robot.name + "-v5").world_parameters;
+  parameters.erase(parameters.begin(),
+                   parameters.begin() + static_cast<std::ptrdiff_t>(level_parameters().size()));
+  for (const WorldParameter& parameter : parameters) {
     if (random() % 3 == 0) continue;
     const auto [low, high] = std::pair(parameter.minimum, parameter.maximum);
     if (random() % 2 == 0) {
@@ -173,13 +178,17 @@ class Run {
         models_(load_model(xml_file)),
         model_of_(kInstances, models_.base()),
         values_of_(kInstances, values_of(*models_.base())),
+        grounds_(kInstances),
         mode_(mode),
         worlds_(instances) {
     for (const Contestant& contestant : all) {
       sides_.push_back(std::make_unique<Side>(contestant));
     }
+    WorldPhysics in_level;
+    in_level.has_level = true;
+    const ModelPointer roomy = models_.model_of(in_level);
     for (std::size_t i = 0; i < kInstances; ++i) {
-      data_.push_back(make_data(*models_.base()));
+      data_.push_back(make_data(*roomy));
       begin(i);
     }
   }
@@ -200,19 +209,35 @@ class Run {
  private:
   void begin(std::size_t i) {
     mjData& data = *data_[i];
-    if (worlds_ == Instances::altered) {
-      model_of_[i] = models_.model_of(physics_of(draw_world(robot_, random_)));
-      values_of_[i] = values_of(*model_of_[i]);
+    WorldValues values;
+    if (worlds_ == Instances::altered) values = draw_world(robot_, random_);
+    grounds_[i] = nullptr;
+    if (worlds_ == Instances::in_levels && random_() % 8 != 0) {
+      Generator generator(random_());
+      values = random_level(generator);
+      grounds_[i] = std::make_unique<LevelGround>(generator, *level_of(values), Point{0, 0});
     }
+    model_of_[i] = models_.model_of(physics_of(values));
+    values_of_[i] = kernel::values_of(*model_of_[i]);
     mj_resetData(model_of_[i].get(), &data);
     mode_.begin(*model_of_[i], random_, data);
+    if (grounds_[i]) {
+      data.qpos[0] += uniform(random_, -3, 100);
+      data.qpos[1] += grounds_[i]->below(data.qpos[0]).top;
+    }
     for (const auto& side : sides_) {
       read_state(*model_of_[i], data, side->instances[i]);
       side->instances[i].values = &values_of_[i];
+      side->instances[i].line = line_of(i);
       side->contestant.kernel->start(side->instances[i]);
     }
+    const GroundInUse ground(line_of(i), 0);
     mj_forward(model_of_[i].get(), &data);
     compare("start", i);
+  }
+
+  const GroundLine* line_of(std::size_t i) const {
+    return grounds_[i] ? &grounds_[i]->line() : nullptr;
   }
 
   void drive(std::size_t i) {
@@ -233,6 +258,7 @@ class Run {
   void step(std::size_t i) {
     mjData& data = *data_[i];
     const mjModel* const model = model_of_[i].get();
+    const GroundInUse ground(line_of(i), 0);
     bool limbs_touch = false;
     for (int frame = 0; frame < kFrames; ++frame) {
       mj_step(model, &data);
@@ -246,7 +272,9 @@ class Run {
     mj_checkVel(model, &data);
     compare("step", i);
     report_.warnings += has_warned(data) ? 1 : 0;
-    if (has_warned(data) || mode_.ends(robot_, random_, data)) begin(i);
+    const double ground_z = grounds_[i] ? grounds_[i]->below(data.qpos[0]).ground : 0;
+    const bool ends = mode_.ends(robot_, random_, data.qpos[1] - ground_z, data.qpos[2]);
+    if (has_warned(data) || ends) begin(i);
   }
 
   void compare(const char* what, std::size_t i) {
@@ -281,8 +309,9 @@ class Run {
 
   const TestedRobot& robot_;
   WorldModels models_;
-  std::vector<ModelPointer> model_of_;          // per instance
-  std::vector<ModelValues<double>> values_of_;  // per instance
+  std::vector<ModelPointer> model_of_;                 // per instance
+  std::vector<ModelValues<double>> values_of_;         // per instance
+  std::vector<std::unique_ptr<LevelGround>> grounds_;  // per instance; null: the floor is flat
   const Mode& mode_;
   Instances worlds_;
   Random random_{11};

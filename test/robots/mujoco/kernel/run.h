@@ -62,8 +62,9 @@ struct Report {
 
 /// Physics of the instances in a run.
 enum class Instances {
-  plain,    ///< the model's
-  altered,  ///< drawn at each start, some at the parameters' limits; pushes in some steps
+  plain,      ///< the model's
+  altered,    ///< drawn at each start, some at the parameters' limits; pushes in some steps
+  in_levels,  ///< of the model, on a level that is drawn at each start, or on the floor
 };
 
 /// Steps 61 instances by the library and by each contestant, four engine steps at a time, until

@@ -1,12 +1,11 @@
-// Grounds: BipedalWalker's levels in another size, as boxes.
-#include "robots/mujoco/box_ground.h"
+// Grounds: BipedalWalker's levels in another size, as lines.
+#include "robots/mujoco/level_ground.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "error_message.h"
@@ -20,21 +19,22 @@ constexpr double kRounding = 1e-9;  // [m]
 constexpr double kStart = 10 * kColumn;
 constexpr double kScale = kTerrainStep / kColumn;
 
-/// Returns the height of a box's upper side at x; nullopt: it is not there.
-std::optional<double> top_at(const GroundBox& box, double x) {
-  const auto [along, up] = box.direction;
-  const double left = box.center[0] - along * box.half_size[0] - up * box.half_size[1];
-  const double z = box.center[1] - up * box.half_size[0] + along * box.half_size[1];
-  if (x < left || x > left + 2 * along * box.half_size[0]) return std::nullopt;
-  return z + (x - left) * up / along;
+/// Returns the height of the highest piece at x that is seen from above.
+double top_at(const GroundLine& line, double x) {
+  double top = -1e9;
+  for (const GroundPiece& piece : line.pieces()) {
+    if (!piece.spans(x) || piece.along.x <= 0) continue;
+    top = std::max(top, piece.from.y + (x - piece.from.x) * piece.along.y / piece.along.x);
+  }
+  return top;
 }
 
-BoxGround ground_of(const WorldValues& values, std::uint64_t seed) {
+LevelGround ground_of(const WorldValues& values, std::uint64_t seed) {
   Generator generator(seed);
-  return {generator, *level_of(values)};
+  return {generator, *level_of(values), {0, 0}};
 }
 
-TEST(BoxGroundTest, AWorldWithoutALevelHasNone) {
+TEST(LevelGroundTest, AWorldWithoutALevelHasNone) {
   for (const WorldValues& values :
        {WorldValues{}, WorldValues{{"gravity", -5}}, WorldValues{{"ground_roughness", 0}}}) {
     EXPECT_FALSE(level_of(values));
@@ -45,7 +45,7 @@ TEST(BoxGroundTest, AWorldWithoutALevelHasNone) {
 }
 
 /// The generator draws the same numbers, so that lengths have the columns' ratio.
-TEST(BoxGroundTest, IsBipedalWalkersTerrainInAnotherSize) {
+TEST(LevelGroundTest, IsBipedalWalkersTerrainInAnotherSize) {
   Generator random(1);
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     const Level level = *level_of(random_level(random));
@@ -81,28 +81,22 @@ TEST(BoxGroundTest, IsBipedalWalkersTerrainInAnotherSize) {
   }
 }
 
-/// Boxes form the ground without holes, apart from pits, and nothing but stumps is above it.
-TEST(BoxGroundTest, BoxesAreTheGround) {
+/// The line is the ground without holes, apart from pits, and nothing but stumps is above it.
+TEST(LevelGroundTest, TheLineIsTheGround) {
   Generator random(2);
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     WorldValues values = random_level(random);
-    for (const char* name : {"stump_width", "stump_height", "stump_float"}) values.erase(name);
-    if (!level_of(values)) continue;
-    const BoxGround ground = ground_of(values, seed);
     const bool has_pits = values.count("pit_gap") != 0;
+    const LevelGround ground = ground_of(values, seed);
     int below_rim = 0;
     for (double x = -30; x < 150; x += 0.0437) {
-      double top = -1e9;
-      for (const GroundBox& box : ground.boxes()) {
-        if (const auto here = top_at(box, x)) top = std::max(top, *here);
-      }
+      const double top = top_at(ground.line(), x);
       const GroundBelow below = ground.below(x);
-      ASSERT_EQ(below.top, below.ground);
       if (has_pits && std::abs(top - (below.ground - kPitDepth * kColumn)) < kRounding) {
         ++below_rim;
         continue;
       }
-      ASSERT_NEAR(top, below.ground, 1e-6) << "seed " << seed << " at " << x;
+      ASSERT_NEAR(top, below.top, 1e-6) << "seed " << seed << " at " << x;
     }
     if (has_pits && values["pit_gap"] > 0.1 && values.count("stair_steps") == 0) {
       EXPECT_GT(below_rim, 0) << "seed " << seed;
@@ -110,46 +104,29 @@ TEST(BoxGroundTest, BoxesAreTheGround) {
   }
 }
 
-/// Contacts tilt at ridges, at rims and at steps, but not at seams and in valleys.
-TEST(BoxGroundTest, EdgesInsideTheSurfaceAreFound) {
-  const BoxGround slopes = ground_of({{"ground_roughness", 1}}, 1);
-  const std::vector<GroundBox>& boxes = slopes.boxes();
-  int ridges = 0;
-  for (std::size_t i = 0; i + 1 < boxes.size(); ++i) {
-    const double fall = std::atan2(boxes[i].direction[1], boxes[i].direction[0]) -
-                        std::atan2(boxes[i + 1].direction[1], boxes[i + 1].direction[0]);
-    const double expected = fall > 0 ? std::sin(fall) : 0;
-    ASSERT_NEAR(boxes[i].max_tilt[1], expected, kRounding) << i;
-    ASSERT_NEAR(boxes[i + 1].max_tilt[0], expected, kRounding) << i;
-    ridges += fall > 0 ? 1 : 0;
-  }
-  EXPECT_GT(ridges, 100);
-  using Tilts = std::array<double, 2>;
-  const auto tilts_at = [](const BoxGround& ground, double x, double top) {
-    for (const GroundBox& box : ground.boxes()) {
-      const bool is_here = box.left < x && x < box.right;
-      if (is_here && std::abs(box.top - top) < kRounding) return box.max_tilt;
-    }
-    ADD_FAILURE() << "no box at " << x;
-    return Tilts{};
-  };
-  const double first = kStart;
-  const BoxGround pits = ground_of({{"pit_gap", 1}}, 1);
-  EXPECT_EQ(tilts_at(pits, first + kColumn / 2, 0), (Tilts{0, 1}));
-  EXPECT_EQ(tilts_at(pits, first + kColumn * 1.5 + 1, 0), (Tilts{1, 0}));
-  const BoxGround stumps = ground_of({{"stump_height", 0.3}}, 1);
-  EXPECT_EQ(tilts_at(stumps, first + kColumn / 2, 0.3), (Tilts{1, 1}));
-}
-
-TEST(BoxGroundTest, BoxesAreInOrderAndBeginAndEndLevel) {
+/// Pieces join, also those of each outline of a floating stump, whose corners turn to the right.
+TEST(LevelGroundTest, PiecesAreInOrderAndJoin) {
   Generator random(4);
+  int floating = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
-    const BoxGround ground = ground_of(random_level(random), seed);
+    const LevelGround ground = ground_of(random_level(random), seed);
+    const std::vector<GroundPiece>& pieces = ground.line().pieces();
+    const auto end_of = [&](const Point& point) {
+      return std::find_if(pieces.begin(), pieces.end(), [&](const GroundPiece& each) {
+        return each.to.x == point.x && each.to.y == point.y;
+      });
+    };
     double left = -1e9;
-    for (const GroundBox& box : ground.boxes()) {
-      ASSERT_LE(left, box.left);
-      ASSERT_LT(box.left, box.right);
-      left = box.left;
+    for (const GroundPiece& piece : pieces) {
+      ASSERT_LE(left, piece.left());
+      left = piece.left();
+      ASSERT_NEAR(dot(piece.along, piece.along), 1, 1e-12);
+      if (piece.along.x < 0) ++floating;
+      if (&piece == &pieces.front()) continue;
+      const auto before = end_of(piece.from);
+      ASSERT_NE(before, pieces.end()) << "seed " << seed << " at " << piece.from.x;
+      ASSERT_EQ(before->along.x, piece.before.x);
+      ASSERT_EQ(before->along.y, piece.before.y);
     }
     const double end = 500 * kColumn - kStart;
     for (double x = -kStart; x < kStart - 1e-6; x += 0.1) EXPECT_EQ(ground.below(x).ground, 0);
@@ -159,21 +136,22 @@ TEST(BoxGroundTest, BoxesAreInOrderAndBeginAndEndLevel) {
       ASSERT_EQ(ground.below(x).top, height);
     }
   }
+  EXPECT_GT(floating, 100);
 }
 
-TEST(BoxGroundTest, HealthIsMeasuredFromRimsTreadsAndStumps) {
-  const BoxGround pits = ground_of({{"pit_gap", 1}}, 1);
-  const BoxGround stumps = ground_of({{"stump_height", 0.3}, {"stump_width", 0.5}}, 1);
+TEST(LevelGroundTest, HealthIsMeasuredFromRimsTreadsAndStumps) {
+  const LevelGround pits = ground_of({{"pit_gap", 1}}, 1);
+  const LevelGround stumps = ground_of({{"stump_height", 0.3}, {"stump_width", 0.5}}, 1);
   const double first = kStart;  // the first obstacle is behind the start pad
   EXPECT_EQ(pits.below(first + kColumn + 0.5).ground, 0);
   EXPECT_EQ(stumps.below(first + 0.25).ground, 0);
   EXPECT_NEAR(stumps.below(first + 0.25).top, 0.3, kRounding);
   EXPECT_EQ(stumps.below(first - 0.01).top, 0);
   EXPECT_EQ(stumps.below(first + 0.51).top, 0);
-  const BoxGround floating = ground_of({{"stump_float", 0.4}}, 1);
+  const LevelGround floating = ground_of({{"stump_float", 0.4}}, 1);
   EXPECT_NEAR(floating.below(first + 0.1).top, 0.4 + kColumn, kRounding);
   EXPECT_EQ(floating.below(first + 0.1).ground, 0);
-  const BoxGround stairs = ground_of({{"stair_height", 0.1}, {"stair_width", 0.5}}, 1);
+  const LevelGround stairs = ground_of({{"stair_height", 0.1}, {"stair_width", 0.5}}, 1);
   const double slope = stairs.below(first + 0.75).ground > 0 ? 1 : -1;
   for (int tread = 0; tread < 3; ++tread) {
     EXPECT_NEAR(stairs.below(first + 0.5 * tread + 0.25).ground, slope * 0.1 * tread, kRounding);
@@ -181,12 +159,13 @@ TEST(BoxGroundTest, HealthIsMeasuredFromRimsTreadsAndStumps) {
 }
 
 /// The scene shows the same ground.
-TEST(BoxGroundTest, SceneShowsGroundAndObstacles) {
+TEST(LevelGroundTest, SceneShowsGroundAndObstacles) {
   Generator random(5);
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    const BoxGround ground = ground_of(random_level(random), seed);
+    Generator generator(seed);
+    const LevelGround ground(generator, *level_of(random_level(random)), {3, -2});
     Scene scene;
-    ground.describe(3, -2, scene);
+    ground.describe(scene);
     ASSERT_EQ(scene.surface_colors.size(), scene.ground.size());
     ASSERT_FALSE(scene.floor);
     double right = scene.ground[0].points[0][0];
@@ -212,16 +191,13 @@ TEST(BoxGroundTest, SceneShowsGroundAndObstacles) {
   }
 }
 
-TEST(BoxGroundTest, RefusesLevelsByName) {
+TEST(LevelGroundTest, RefusesLevelsByName) {
   const auto refusal = [](const World& world) {
     return message_of<std::invalid_argument>([&] { check_level(world); });
   };
   EXPECT_EQ(refusal({{"obstacle_spacing", {1, 2}}}),
             "obstacle_spacing = 2 m: has no effect without obstacles; name also sizes of pits, "
             "stumps or stairs");
-  EXPECT_EQ(refusal({{"lidar_range", {1, 5}}}), "nothing thrown");
-  EXPECT_EQ(refusal({{"lidar_range", {1, 5}}, {"pit_gap", {1, 1}}}),
-            "lidar_range = 5 m: must be at most 3.2 m in a world with a level");
   EXPECT_EQ(refusal({{"obstacle_spacing", {1, 2}}, {"pit_gap", {1, 1}}}), "nothing thrown");
   EXPECT_EQ(refusal({{"stair_width", {4, 4}}, {"stair_steps", {10, 10}}}), "nothing thrown");
 }
