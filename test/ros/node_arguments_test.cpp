@@ -1,5 +1,5 @@
 // Valid and invalid command lines of a node, and the output of --help.
-#include "ros/node_main.h"
+#include "ros/node_arguments.h"
 
 #include <gtest/gtest.h>
 
