@@ -106,7 +106,7 @@ function(walker_sim_add_examples learner label)
 endfunction()
 
 if(is_debian_12)
-  walker_sim_add_examples(exchange long python/minari python/onnx)
+  walker_sim_add_examples(exchange long python/minari python/onnx python/onnx_reader)
   walker_sim_add_examples(gymnasium long examples/cleanrl_ppo)
   walker_sim_add_examples(ray nightly examples/ray_rollouts examples/rllib_ppo)
   walker_sim_add_examples(sb3 long python/curriculum python/normalization python/sb3
