@@ -19,6 +19,7 @@ set(short_suites
   python/promises_test
   python/recorded_pictures_test
   python/refusals_ros_test
+  python/signals_test
   python/vector_arguments_test
   python/vector_environment_test
   python/worlds_ros_test
