@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import signal
 import sys
@@ -14,7 +13,7 @@ from walker_sim.training import stage
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
 from walker_sim.training.policy_file import to_bytes, write_policy
-from walker_sim.training.settings import SettingsError, read_settings, settings_from, write_settings
+from walker_sim.training.settings import read_settings, settings_from, write_settings
 from walkers import ctrl_c
 
 ID = "Hopper-v5"
@@ -263,6 +262,23 @@ def test_command_runs_the_stages_and_resumes_between_them(tmp_path, command, mon
     assert_refuses_another_id(tmp_path / "run", command)
 
 
+def test_command_line_changes_a_training_with_stages(tmp_path, command):
+    def given(stages):
+        write_settings(settings_from({**SMALL, "stages": stages}), tmp_path / "mine.yaml")
+        return ["train", ID, "--settings", tmp_path / "mine.yaml", "--out", tmp_path / "run"]
+
+    own = [{"world": {"gravity": -9}, "parameters": {}}]
+    for words, name in ((["--world", "{gravity: -5}"], "world"), (["ctrl_cost_weight=1"], "param")):
+        error = command(*given(own), *words, status=2).err
+        assert name in error
+        assert "a stage of the settings has its own; use --settings FILE" in error
+    assert not (tmp_path / "run").exists()
+    command(*given(STAGES), "--steps", 1_000, "--world", "{gravity: -9}", "--num-threads", 1)
+    settings = read_settings(tmp_path / "run/settings.yaml")
+    assert (settings.steps, list(settings.stages)) == (1_000, [])
+    assert dict(settings.world) == {"gravity": (-9, -9)}
+
+
 def test_a_linear_policy_continues_in_a_layer(tmp_path):
     """At first the layer's actions are nearly the linear policy's."""
     evolve(tmp_path, settings_from(SMALL))
@@ -341,144 +357,3 @@ def test_a_network_is_worth_less_by_the_deviation_of_its_episodes(tmp_path, monk
     assert deviation.max() > 0
     careful = worth(episodes=2, deviation_weight=0.5)
     assert np.allclose(careful, mean - 0.5 * deviation, rtol=1e-12)
-
-
-# ---------------------------------------------------------------- settings
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"algorithms": "ppo"}, "algorithms: unknown; must be one of algorithm, steps"),
-        ({"algorithm": "dqn"}, "algorithm = 'dqn': must be one of ppo, sac, tqc, es, cma"),
-        ({"steps": 0}, "steps = 0: must be a whole number from 1"),
-        ({"steps": 1e6}, "steps = 1000000.0: must be a whole number"),
-        ({"gamma": 1.5}, "gamma = 1.5: must be a number from 0 to 1"),
-        ({"gamma": float("nan")}, "gamma = nan"),
-        ({"layers": 64}, "layers = 64: must be a list of 0 to 8 whole numbers"),
-        ({"layers": [64, "64"]}, "layers = '64': must be a whole number"),
-        ({"learning_rate": 1e-3}, "learning_rate = 0.001: must be two numbers"),
-        ({"least_reward": 1}, "least_reward = 1: must be a number from -inf to 0"),
-        ({"changes": {10: {"seed": 1}}}, "changes: 'seed': must be one of gamma, least_reward"),
-        ({"parameters": 3}, "parameters = 3: must be a mapping"),
-        ({"parameters": {"hardcore": None}}, "parameters: hardcore = None: must be true or false,"),
-        (
-            {"algorithm": "sac", "start": "shipped"},
-            "start = 'shipped': algorithm = 'sac': must be one of ppo, es, cma",
-        ),
-        ({"curriculum": 3}, "curriculum = 3: must be a mapping"),
-        ({"curriculum": {"moves": 4}}, "must have thresholds: [LOW, HIGH]"),
-        ({"curriculum": {"steps": 4}}, "steps: unknown; must be one of thresholds, moves, episod"),
-        ({"curriculum": {"thresholds": 4}}, "curriculum: thresholds = 4: must be two numbers"),
-        ({"curriculum": {"thresholds": [2, 1]}}, "thresholds = [2.0, 1.0]: must be a lower and an"),
-        ({"algorithm": "es", "population": 7}, "population = 7: must be even, for pairs"),
-        ({"population": 1}, "population = 1: must be a whole number from 2"),
-        ({"sigma": 0.1}, "sigma = 0.1: must be two numbers"),
-        ({"sigma": [0, 0.1]}, "sigma = 0: must be a number from 1e-06 to 10"),
-        ({"sigma": [0.1, 0.1]}, "sigma = (0.1, 0.1): must be left out, because only es, cma have"),
-        ({"algorithm": "es", "entropy": 0.1}, "entropy = 0.1: must be left out, because only ppo"),
-        ({"common_seeds": 1}, "common_seeds = 1: must be true or false"),
-        ({"start": 3}, "start = 3: must be a text"),
-        ({"start_weight": 1.5}, "start_weight = 1.5: must be a number from 0 to 1"),
-        (
-            {"stages": [{"algorithm": "tqc"}]},
-            "stages: 1: algorithm = 'tqc': must be one of ppo, es, cma",
-        ),
-        (
-            {"algorithm": "sac", "stages": [{"algorithm": "ppo"}]},
-            "stages: 1: algorithm = 'ppo': must be one of es, cma, because sac's actions are squ",
-        ),
-        (
-            {"stages": [{"algorithm": "es", "activation": "relu"}]},
-            "stages: 1: activation = 'relu': must be left out, because the policy of the stage",
-        ),
-        (
-            {"layers": [64], "stages": [{"algorithm": "es", "layers": [32]}]},
-            "stages: 1: layers = [32]: must be [64] as in the stage before",
-        ),
-        ({"stages": [{"seed": 3}]}, "stages: 1: seed: must be the same in all stages"),
-        ({"stages": [{"sigmas": 3}]}, "stages: 1: sigmas: unknown; must be one of algorithm"),
-        ({"stages": {}}, "stages = {}: must be a list of mappings"),
-    ],
-)
-def test_error_names_invalid_setting(given, words):
-    with pytest.raises(SettingsError, match=re.escape(words)):
-        settings_from(given)
-
-
-def test_numbers_with_an_exponent_are_numbers(tmp_path):
-    file = tmp_path / "mine.yaml"
-    file.write_text(
-        "algorithm: es\nsteps: 2e6\nlearning_rate: [1e-2, 5E-3]\nmax_difference: 1.e+1\n"
-        "evaluate_every: .5e3\n"
-        "parameters: {healthy_reward: 1e-2, xml_file: '1e4'}\n"
-    )
-    for _ in range(2):
-        settings = read_settings(file)
-        assert (settings.steps, settings.learning_rate) == (2_000_000, (0.01, 0.005))
-        assert (settings.max_difference, settings.evaluate_every) == (10, 500)
-        assert settings.parameters == {"healthy_reward": 0.01, "xml_file": "1e4"}
-        write_settings(settings, file)
-
-
-TOO_SHORT = "world parameter action_delay = 0.001 s: is shorter than half a step"
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"seed: 1\nsteps: 5\nseed: 2", "mine.yaml: line 3: seed: must be given once"),
-        (b"parameters: {a: 1, b: 2, a: 1}", "mine.yaml: line 1: a: must be given once"),
-        (
-            b"changes:\n  1000: {gamma: 0.9}\n  1e3: {gamma: 0.8}",
-            "line 3: 1000: must be given once",
-        ),
-        (b"[" * 1000, "nested too deep"),
-        (b"parameters: " + b"{a: " * 1000 + b"1" + b"}" * 1000, "nested too deep"),
-        (b"steps: 2026-13-01", "month must be in 1..12"),
-        (b"algorithm: \xff", "'utf-8' codec can't decode"),
-        (b"steps: ]", "expected the node content"),
-        (b"parameters: {hardcore: " + b"[" * 50 + b"]" * 50 + b"}", "or a list of numbers"),
-        (b"algorithm: es\nworld: {action_delay: 0.001}", TOO_SHORT),
-        (
-            b"algorithm: es\nworld: {action_delay: [0.001, 0.016]}\n"
-            b"curriculum: {thresholds: [1, 2]}",
-            TOO_SHORT,
-        ),
-        (
-            b"algorithm: es\nworld: {gravity: [-9, -5]}\ncurriculum: {thresholds: [1, 2]}\n"
-            b"stages: [{world: {gravity: -5}}]",
-            "curriculum: world = {gravity: -5.0} has no range that grows",
-        ),
-    ],
-)
-def test_error_names_invalid_settings_file(tmp_path, command, content, words):
-    file = tmp_path / "mine.yaml"
-    file.write_bytes(content)
-    error = command("train", ID, "--settings", file, "--out", tmp_path / "run", status=2).err
-    assert words in error
-
-
-def test_command_line_changes_a_training_with_stages(tmp_path, command):
-    def given(stages):
-        write_settings(settings_from({**SMALL, "stages": stages}), tmp_path / "mine.yaml")
-        return ["train", ID, "--settings", tmp_path / "mine.yaml", "--out", tmp_path / "run"]
-
-    own = [{"world": {"gravity": -9}, "parameters": {}}]
-    for words, name in ((["--world", "{gravity: -5}"], "world"), (["ctrl_cost_weight=1"], "param")):
-        error = command(*given(own), *words, status=2).err
-        assert name in error
-        assert "a stage of the settings has its own; use --settings FILE" in error
-    assert not (tmp_path / "run").exists()
-    command(*given(STAGES), "--steps", 1_000, "--world", "{gravity: -9}", "--num-threads", 1)
-    settings = read_settings(tmp_path / "run/settings.yaml")
-    assert (settings.steps, list(settings.stages)) == (1_000, [])
-    assert dict(settings.world) == {"gravity": (-9, -9)}
-
-
-def test_stages_change_single_settings():
-    settings = settings_from({**SMALL, "start": "shipped", "stages": [*STAGES, {"steps": 5}]})
-    assert [settings.stage(index).steps for index in range(3)] == [20_000, 8_000, 5]
-    assert [settings.steps_before(index) for index in range(3)] == [0, 20_000, 28_000]
-    assert settings.stage(2).layers == (5,)
-    assert [settings.stage(index).start for index in range(3)] == ["shipped", None, None]
