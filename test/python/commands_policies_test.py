@@ -1,6 +1,6 @@
 """Policies of the commands: user functions, networks, and files that are refused.
 
-normalization_test.py and train_test.py have those of Stable-Baselines3.
+normalization_test.py and sb3_models_test.py have those of Stable-Baselines3.
 """
 
 import json
@@ -93,7 +93,7 @@ def test_error_names_invalid_action(command, action, words):
     ],
 )
 def test_error_names_a_model_that_cannot_be_loaded(tmp_path, monkeypatch, module, words):
-    """train_test.py loads those that can be."""
+    """sb3_models_test.py loads those that can be."""
     for name in ("stable_baselines3", "sb3_contrib"):
         monkeypatch.setitem(sys.modules, name, None)
     with zipfile.ZipFile(tmp_path / "model.zip", "w") as archive:

@@ -119,6 +119,15 @@ def play(environment, seed, policy, **options):
     return (episode_return, length, terminated, truncated), info
 
 
+def actions_of(path, observations):
+    """Returns the actions of a BipedalWalker's policy file."""
+    policy = walker_sim._core.Policy(str(path))
+    policy.check("BipedalWalker-v3", {})
+    actions = np.empty((len(observations), 4))
+    policy.act(observations, actions)
+    return actions
+
+
 def returns_of(fields):
     """Returns the returns of a summary, or of a grid's cell, in the order of the seeds."""
     return [outcome["return"] for outcome in fields["outcomes"]]
