@@ -8,7 +8,7 @@ walker_sim_add_unit_tests(server
   ALSO test/client/service_types_test.cpp)
 target_include_directories(server_tests SYSTEM PRIVATE ${urdf_INCLUDE_DIRS})
 
-foreach(path launch/launch_test nodes/describe_test scripts/choose_master_test
+foreach(path launch/launch_test nodes/describe_test nodes/view_test scripts/choose_master_test
     scripts/dev/check_release_test scripts/dev/debian_test scripts/dev/lock_test scripts/dev/make_meshes_test scripts/setup_test)
   string(REPLACE "/" "_" name ${path})
   catkin_run_tests_target(pytest ${name} pytest-${name}.xml DEPENDENCIES walker_sim_nodes
