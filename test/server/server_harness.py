@@ -475,6 +475,11 @@ class ServerTest(unittest.TestCase):
         for one, other in zip(ones, others):
             self.assertTrue(same_experience(one, other), f"{one}\n{other}")
 
+    def assert_grows(self, stamps):
+        self.assertGreater(stamps[0], 0)
+        for one, other in zip(stamps, stamps[1:]):
+            self.assertLess(one, other)
+
     def assert_consecutive(self, transitions):
         """Consecutive stamps differ by dt, within an episode and across resets."""
         self.assertGreater(len(transitions), 1)
