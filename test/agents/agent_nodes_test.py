@@ -10,9 +10,10 @@ import rosgraph
 import rospkg
 import rospy
 from nav_msgs.msg import Odometry
+from node_processes import Process, memory
 from processes import wait_for
 from sensor_msgs.msg import JointState, LaserScan
-from server_harness import Process, ServerTest, memory
+from server_harness import ServerTest
 from std_msgs.msg import Float64MultiArray
 from walker_sim import _core
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition

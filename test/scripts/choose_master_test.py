@@ -8,8 +8,8 @@ import threading
 import unittest
 import xmlrpc.client
 
+from node_processes import ServerProcess
 from processes import CALLER, TIMEOUT, Launched, Master, free_port, wait_for
-from server_harness import ServerProcess
 
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 

@@ -9,8 +9,8 @@ import unittest
 
 from bare_ros import wait_for_service
 from catkin.find_in_workspaces import find_in_workspaces
+from node_processes import Process, node_path, registered_uri, run_program
 from processes import TIMEOUT, free_port, wait_for
-from server_harness import Process, node_path, registered_uri, run_program
 
 NODES = ["server", "service_agent", "topic_agent", "status_line"]
 PROGRAMS = ["describe", "replay"]

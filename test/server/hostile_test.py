@@ -16,8 +16,9 @@ import sys
 from bare_ros import receive_reply, request_bytes
 from gazebo_messages import GetPhysicsProperties, SetPhysicsProperties
 from geometry_msgs.msg import Vector3
+from node_processes import SERVICES, memory
 from processes import wait_for
-from server_harness import SERVICES, Bytes, ServerTest, bits, memory, nanoseconds, same_experience
+from server_harness import Bytes, ServerTest, bits, nanoseconds, same_experience
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Empty, Trigger
 from walker_sim.msg import World, WorldParameter

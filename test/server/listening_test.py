@@ -8,8 +8,9 @@ import struct
 from unittest import mock
 
 from bare_ros import wait_for_service
+from node_processes import Process
 from processes import wait_for
-from server_harness import Process, ServerTest
+from server_harness import ServerTest
 
 LISTEN = "0A"  # the state in /proc/net/tcp
 LAST = "/server_here/set_physics_properties"  # the last service that is registered

@@ -16,12 +16,12 @@ import sensor_msgs.msg
 import tf2_msgs.msg
 from bare_ros import BareSubscriber
 from diagnostic_msgs.msg import DiagnosticArray
+from node_processes import SERVICES
 from processes import CALLER, wait_for
 from server_harness import (
     DT,
     FALL,
     MARKERS,
-    SERVICES,
     STATE_TOPICS,
     STATE_VALUES,
     ServerTest,

@@ -9,6 +9,7 @@ import tempfile
 from collections import Counter
 
 from bare_ros import wait_for
+from node_processes import run_program
 from promises import (
     ALL,
     CASES,
@@ -21,7 +22,7 @@ from promises import (
     play,
     write_model,
 )
-from server_harness import ServerTest, recorded_topics, run_program, to_message, values_of
+from server_harness import ServerTest, recorded_topics, to_message, values_of
 from walker_sim.msg import EpisodeRecord
 
 MODES = ("next_step", "same_step", "disabled")

@@ -9,8 +9,9 @@ import rosbag
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
+from node_processes import run_program
 from processes import LoggedProcess, wait_for
-from server_harness import ServerTest, run_program, same_experience, statuses
+from server_harness import ServerTest, same_experience, statuses
 from std_msgs.msg import Header
 from walker_sim.msg import EpisodeRecord, Transition
 

@@ -8,8 +8,9 @@ import tempfile
 import rosbag
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from node_processes import run_program
 from processes import CALLER, Launched, wait_for
-from server_harness import ServerTest, recorded_topics, run_program
+from server_harness import ServerTest, recorded_topics
 from walker_sim.msg import Transition
 
 IDS = {"BipedalWalker-v3": 4, "Walker2d-v5": 6}

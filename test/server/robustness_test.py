@@ -9,8 +9,9 @@ import time
 import rosgraph
 from bare_ros import BareSubscriber
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from node_processes import Process
 from processes import Master, wait_for
-from server_harness import DT, STAND, Process, ServerTest, nanoseconds, statuses
+from server_harness import DT, STAND, ServerTest, nanoseconds, statuses
 from walker_sim.msg import Transition
 
 MAX_EXIT = 15  # wall seconds; a clean exit takes less than 1

@@ -3,13 +3,14 @@
 import socket
 import unittest
 import xmlrpc.client
+from urllib.parse import urlparse
 
 import rosservice
-from bare_ros import BareSubscriber, header_bytes, wait_for_service
+from bare_ros import BareClient, BareSubscriber, header_bytes, wait_for_service
+from node_processes import Process, registered_uri
 from processes import CALLER, wait_for
 from roscpp.srv import GetLoggers, SetLoggerLevel
 from rosgraph_msgs.msg import Log
-from server_harness import BareClient, Process, registered_uri, urlparse
 
 NODES = {
     "server": ["_mode:=lockstep"],

@@ -7,8 +7,9 @@ import tempfile
 from xmlrpc.client import Binary
 
 import rospy
+from node_processes import Process, node_path
 from processes import wait_for
-from server_harness import Process, ServerTest, builtin_model, node_path, write_model
+from server_harness import ServerTest, builtin_model, write_model
 
 WALKER2D = {"env": "Walker2d-v5"}
 # Refused parameters, and words of the message. config_template_test.cpp has all ranges,

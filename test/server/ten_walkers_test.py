@@ -8,9 +8,10 @@ import time
 import rosgraph
 import rospy
 from bare_ros import wait_for_service
+from node_processes import pid_of
 from processes import CALLER, Launched, wait_for
 from rosgraph_msgs.msg import Clock
-from server_harness import ServerTest, pid_of, publishers_of
+from server_harness import ServerTest, publishers_of
 from std_srvs.srv import Trigger
 from walker_sim.msg import Transition
 from walker_sim.srv import GetSpec

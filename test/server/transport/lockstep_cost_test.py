@@ -10,10 +10,11 @@ import re
 import rosgraph
 import rospy
 from bare_ros import wait_for_service
+from node_processes import pid_of
 from processes import CALLER, Launched, wait_for
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from server_harness import ServerTest, pid_of
+from server_harness import ServerTest
 from walker_sim.msg import Episode, Transition
 from walker_sim.srv import GetSpec, Reset, StepMany
 

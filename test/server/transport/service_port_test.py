@@ -9,8 +9,9 @@ import time
 
 import rospy
 from bare_ros import BareClient, header_bytes, read_header, receive_reply
+from node_processes import ServerProcess, memory
 from processes import CALLER, TIMEOUT, wait_for
-from server_harness import STAND, ServerProcess, ServerTest, memory
+from server_harness import STAND, ServerTest
 from walker_sim.msg import EnvironmentSpec, EpisodeRecord
 from walker_sim.srv import GetSpec, Step
 
