@@ -24,7 +24,7 @@ from walker_sim.commands import main as walker_sim
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training.curve import read_curve
 from walker_sim.training.policy_file import read_policy
-from walker_sim.training.settings import read_settings
+from walker_sim.training.settings_file import read_settings
 from walker_sim.training.stage import FIRST_CHOICE_SEED
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

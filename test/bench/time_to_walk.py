@@ -14,7 +14,7 @@ import tempfile
 import gymnasium
 from stable_baselines3.common.vec_env import DummyVecEnv
 from walker_sim.commands.train import settings_file, stage_class
-from walker_sim.training.settings import read_settings
+from walker_sim.training.settings_file import read_settings
 
 EVALUATE_EVERY = 100_000
 HELD_OUT_SEEDS = 100  # evaluations do not count in the time of either side

@@ -13,7 +13,8 @@ from walker_sim.training import stage
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import AdamStrategy, Evolution
 from walker_sim.training.policy_file import to_bytes, write_policy
-from walker_sim.training.settings import read_settings, settings_from, write_settings
+from walker_sim.training.settings import settings_from
+from walker_sim.training.settings_file import read_settings, write_settings
 from walkers import ctrl_c
 
 ID = "Hopper-v5"

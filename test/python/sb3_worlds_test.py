@@ -7,7 +7,8 @@ import pytest
 from stable_baselines3.common.env_util import make_vec_env
 from walker_sim import _core
 from walker_sim.sb3 import VecEnv
-from walker_sim.training.settings import SettingsError, read_settings, settings_from, write_settings
+from walker_sim.training.settings import SettingsError, settings_from
+from walker_sim.training.settings_file import read_settings, write_settings
 
 
 def test_make_vec_env_passes_the_world():

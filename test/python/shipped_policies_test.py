@@ -10,7 +10,7 @@ import pytest
 from gymnasium_reference import equal_bits
 from walker_sim import _core
 from walker_sim.commands.policies import acting, shipped_policy
-from walker_sim.training.settings import read_settings
+from walker_sim.training.settings_file import read_settings
 from walkers import ROBOTS, make_ours, play, returns_of
 
 ROOT = pathlib.Path(__file__).parents[2]

@@ -17,7 +17,8 @@ from walker_sim.training.es import Evolution
 from walker_sim.training.learner import actor_arrays, wrap
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
-from walker_sim.training.settings import read_settings, settings_from, write_settings
+from walker_sim.training.settings import settings_from
+from walker_sim.training.settings_file import read_settings, write_settings
 from walkers import actions_of, ctrl_c, returns_of
 
 ID = "BipedalWalker-v3"

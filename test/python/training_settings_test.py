@@ -5,13 +5,8 @@ import re
 
 import pytest
 from walker_sim import _core
-from walker_sim.training.settings import (
-    Settings,
-    SettingsError,
-    read_settings,
-    settings_from,
-    write_settings,
-)
+from walker_sim.training.settings import Settings, SettingsError, settings_from
+from walker_sim.training.settings_file import read_settings, write_settings
 
 ROOT = pathlib.Path(__file__).parents[2]
 ID = "Hopper-v5"

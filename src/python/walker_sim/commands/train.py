@@ -15,7 +15,8 @@ from walker_sim.commands import options as common
 from walker_sim.commands.options import InputError
 from walker_sim.files import naming, package_file
 from walker_sim.training.policy_file import read_policy
-from walker_sim.training.settings import EVOLUTIONARY, Settings, read_settings, settings_from
+from walker_sim.training.settings import EVOLUTIONARY, Settings, settings_from
+from walker_sim.training.settings_file import read_settings
 from walker_sim.training.stage import (
     CHECKPOINT,
     CURVE,

@@ -22,7 +22,8 @@ from walker_sim.files import remove_unfinished, replace_file
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes, write_policy
-from walker_sim.training.settings import Settings, read_settings, write_settings
+from walker_sim.training.settings import Settings
+from walker_sim.training.settings_file import read_settings, write_settings
 from walker_sim.worlds import World
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
