@@ -1,5 +1,6 @@
 #include "episode/walker.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -12,7 +13,6 @@
 #include "base/printable_text.h"
 #include "base/random.h"
 #include "base/shortest_text.h"
-#include "robots/level.h"
 
 namespace walker {
 namespace {
@@ -41,6 +41,15 @@ void compare_parameters(const EpisodeRecord& record, const EpisodeRecord& own) {
     recorded.erase(name);
   }
   for (const auto& [name, value] : recorded) compare("parameter " + name, value, absent);
+}
+
+bool names_a_level(const WorldValues& world) {
+  return std::any_of(world.begin(), world.end(), [](const auto& name_value) {
+    const std::string& name = name_value.first;
+    const std::string kind = name.substr(0, name.find('_'));
+    return kind == "ground" || kind == "obstacle" || kind == "pit" || kind == "stump" ||
+           kind == "stair";
+  });
 }
 
 /// Checks that each step and link has at most one push, in their order.

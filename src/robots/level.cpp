@@ -226,12 +226,6 @@ Ground draw_ground(Generator& generator, const GroundSize& size, bool hardcore,
   return GroundGenerator(generator, size, hardcore, level).generate();
 }
 
-bool names_a_level(const WorldValues& values) {
-  return values.count("ground_roughness") != 0 || values.count("obstacle_spacing") != 0 ||
-         values.count("pit_gap") != 0 || has_size_of(values, "stump_") ||
-         has_size_of(values, "stair_");
-}
-
 Level level_of(const WorldValues& values, const GroundSize& size, double roughness) {
   Level level;
   level.ground_roughness = value_or(values, "ground_roughness", roughness);

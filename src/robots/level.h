@@ -127,9 +127,6 @@ struct Ground {
 /// @param hardcore whether the ground has stumps, stairs and pits
 Ground draw_ground(Generator& generator, const GroundSize& size, bool hardcore, const Level& level);
 
-/// Whether the world names a parameter of its level.
-bool names_a_level(const WorldValues& values);
-
 /// Returns the range of this name, or the number `absent`.
 inline WorldRange range_or(const World& world, const std::string& name, double absent) {
   const auto found = world.find(name);
