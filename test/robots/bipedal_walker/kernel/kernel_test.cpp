@@ -40,7 +40,7 @@ TEST_P(KernelTest, HasBox2dsBits) {
   RunOptions options;
   Worlds worlds;
   std::tie(options.mode, options.hardcore, options.reuse_world, worlds) = GetParam();
-  options.steps = num_test_steps(3000);
+  options.steps = num_test_steps(1000);
   options.random_worlds = worlds == Worlds::random;
   if (worlds == Worlds::single) options.worlds = 1;
   const bool falls_asleep = options.mode == "rest" && worlds != Worlds::random;
