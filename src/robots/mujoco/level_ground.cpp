@@ -96,8 +96,8 @@ void LevelGround::make_lines() {
       continue;
     }
     for (; point->x < obstacle.left - kTolerance; ++point) add(*point, line);
-    while (point != end && point->x < obstacle.right - kTolerance) ++point;
-    const double height_behind = point == end ? point[-1].y : point->y;
+    while (point->x < obstacle.right - kTolerance) ++point;
+    const double height_behind = point->y;
     while (point != end && point->x <= obstacle.right + kTolerance) ++point;
     add_obstacle(obstacle, height_behind, line);
   }
