@@ -7,7 +7,7 @@ import platform
 
 import numpy as np
 import pytest
-from reference_hashes import HASHES, HASHES_WITHOUT_FMA, STEPS
+from reference_hashes import HASHES, HASHES_WITHOUT_FMA, KERNELS, STEPS
 from walker_sim.commands.hash import NUM_WALKERS, reference_hash
 from walker_sim.commands.options import InputError
 from walker_sim.in_process import InProcessWalkers
@@ -21,7 +21,7 @@ def printed_with(**variables):
     return run_python(program, **variables)[0].splitlines()[1:]
 
 
-@pytest.mark.parametrize("kernel", ["", "off", "sse2", "avx2", "avx512"])
+@pytest.mark.parametrize("kernel", KERNELS)
 def test_hashes_are_the_documented_ones_with_any_kernel(kernel):
     lines = printed_with(WALKER_SIM_KERNEL=kernel)
     assert {line.split()[1].rstrip(","): line.split()[0] for line in lines} == HASHES[STEPS]

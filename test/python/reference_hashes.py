@@ -1,5 +1,6 @@
 """Hashes that docs/reliability.md documents for `python3 -m walker_sim hash` on this machine."""
 
+import os
 import pathlib
 import re
 
@@ -25,6 +26,20 @@ def documented():
     return hashes, without_fma
 
 
+def kernels():
+    """Returns the values of WALKER_SIM_KERNEL that this processor supports, as the refusal of
+    another one names them."""
+    before = os.environ.get("WALKER_SIM_KERNEL", "")
+    os.environ["WALKER_SIM_KERNEL"] = "another"
+    try:
+        _core.Pool("BipedalWalker-v3", {})
+    except ValueError as error:
+        return ["", *re.search("must be one of (.+), or not set", str(error))[1].split(", ")]
+    finally:
+        os.environ["WALKER_SIM_KERNEL"] = before
+
+
+KERNELS = kernels()
 HASHES, HASHES_WITHOUT_FMA = documented()
 STEPS = min(HASHES)
 if libm_of(_core.Pool("Walker2d-v5", {}).specification["engine_version"]) == "no fma":

@@ -1,8 +1,7 @@
 """The reference run has the documented hash with any pool size, kernel, threads and transport."""
 
-from reference_hashes import HASHES
+from reference_hashes import HASHES, KERNELS
 
-KERNELS = ("", "off", "sse2", "avx2", "avx512")
 SECONDS = 120  # minimum duration of a part with the long run [s]
 
 
