@@ -189,7 +189,8 @@ Policy::Policy(const std::string& name, const std::vector<char>& content) {
     }
     std::string id = take(metadata, "id");
     Network network = read_network(tensors, metadata);
-    state_.reset(new State{name, std::move(id), std::move(metadata), Forward(std::move(network))});
+    state_ = std::make_unique<State>(
+        State{name, std::move(id), std::move(metadata), Forward(std::move(network))});
   } catch (const std::invalid_argument& error) {
     refuse(name, error.what());
   }
@@ -255,8 +256,8 @@ Policy Policy::with_parameters(const std::vector<float>& parameters) const {
     layer.bias = Eigen::Map<const Eigen::VectorXf>(next, layer.bias.size());
     next += layer.bias.size();
   }
-  return Policy(std::unique_ptr<State>(
-      new State{state_->name, state_->id, state_->notes, Forward(std::move(network))}));
+  return Policy(std::make_unique<State>(
+      State{state_->name, state_->id, state_->notes, Forward(std::move(network))}));
 }
 
 void Policy::act(const double* observation, double* action) { act(observation, 1, action); }

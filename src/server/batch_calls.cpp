@@ -118,7 +118,8 @@ void BatchCalls::reset(const ResetBatch::Request& request, ResetBatch::Response&
   clear(response.observations, response.info, response.status_message, response.failed_environments,
         response.failures, response.worlds);
   check_list(request.environments);
-  const std::vector<std::uint32_t>& listed = list_of(request.environments);
+  const std::vector<std::uint32_t>& listed =
+      request.environments.empty() ? all_ : request.environments;
   const std::size_t seeds = request.seeds.size();
   if (request.has_seed.size() != seeds || (seeds != 0 && seeds != listed.size())) {
     throw std::invalid_argument("has_seed has " + std::to_string(request.has_seed.size()) +
@@ -138,7 +139,8 @@ void BatchCalls::reset(const ResetBatch::Request& request, ResetBatch::Response&
 
 void BatchCalls::set_worlds(const SetWorld::Request& request) {
   check_list(request.environments);
-  const std::vector<std::uint32_t>& listed = list_of(request.environments);
+  const std::vector<std::uint32_t>& listed =
+      request.environments.empty() ? all_ : request.environments;
   for (std::size_t i = 0; i < request.worlds.size(); ++i) {
     const walker_sim::World& world = request.worlds[i];
     if (!world.preset.empty() || !world.parameters.empty()) continue;
@@ -168,11 +170,6 @@ void BatchCalls::set_requested(const std::vector<std::uint32_t>& listed,
   }
   if (requested.empty()) return;
   pool_.set_world(worlds.size() == 1 ? listed : changed, requested);
-}
-
-const std::vector<std::uint32_t>& BatchCalls::list_of(
-    const std::vector<std::uint32_t>& environments) const {
-  return environments.empty() ? all_ : environments;
 }
 
 void BatchCalls::check_list(const std::vector<std::uint32_t>& listed) const {

@@ -65,7 +65,6 @@ class BatchCalls {
   const EpisodeState& state_of(std::uint32_t environment) const {
     return pool_.walker(environment).state();
   }
-  const std::vector<std::uint32_t>& list_of(const std::vector<std::uint32_t>& environments) const;
   void check_list(const std::vector<std::uint32_t>& listed) const;
   void set_requested(const std::vector<std::uint32_t>& listed,
                      const std::vector<walker_sim::World>& worlds);

@@ -38,8 +38,9 @@ struct GroundPiece {
   /// pieces is 1 in the ground and 0 outside.
   /// @param height of the point above the piece, along its normal
   int depth_below(double x, double height) const {
-    if (!spans(x)) return 0;
-    return along.x > 0 ? (height < 0 ? 1 : 0) : (height > 0 ? -1 : 0);
+    const bool is_upper = along.x > 0;
+    if (!spans(x) || (is_upper ? height >= 0 : height <= 0)) return 0;
+    return is_upper ? 1 : -1;
   }
 };
 

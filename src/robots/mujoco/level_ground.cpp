@@ -143,9 +143,13 @@ GroundBelow LevelGround::below(double x) const {
       std::upper_bound(walkway_.begin(), walkway_.end(), x,
                        [](double value, const Point& each) { return value < each.x; });
   GroundBelow below;
-  below.ground = behind == walkway_.end()     ? walkway_.back().y
-                 : behind == walkway_.begin() ? walkway_.front().y
-                                              : height_at(behind[-1], *behind, x);
+  if (behind == walkway_.begin()) {
+    below.ground = walkway_.front().y;
+  } else if (behind == walkway_.end()) {
+    below.ground = walkway_.back().y;
+  } else {
+    below.ground = height_at(behind[-1], *behind, x);
+  }
   below.top = below.ground;
   const auto stump =
       std::upper_bound(stumps_.begin(), stumps_.end(), x,
