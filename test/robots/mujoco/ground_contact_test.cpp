@@ -53,8 +53,10 @@ std::vector<mjContact> contacts_of(const LibraryPhysics& physics) {
 
 /// Returns what a contact is to the solver.
 State numbers_of(const mjContact& contact) {
-  State numbers{contact.dist,          contact.includemargin, double(contact.dim),
-                double(contact.geom1), double(contact.geom2), double(contact.exclude)};
+  State numbers{contact.dist, contact.includemargin};
+  for (const int number : {contact.dim, contact.geom1, contact.geom2, contact.exclude}) {
+    numbers.push_back(number);
+  }
   const auto add = [&numbers](const mjtNum* values, int size) {
     numbers.insert(numbers.end(), values, values + size);
   };
@@ -128,10 +130,27 @@ double distance_to(const GroundPiece& piece, const Point& point) {
   return std::sqrt(dot(off, off));
 }
 
+/// Returns the distance between a capsule and the ground; NaN if its axis is in the ground.
+double gap_of(const mjModel& model, const mjData& data, int geom, const GroundLine& line) {
+  constexpr int kPoints = 200;
+  const mjtNum* const centre = at(data.geom_xpos, geom, 3);
+  const mjtNum* const rotation = at(data.geom_xmat, geom, 9);
+  const mjtNum* const size = at(model.geom_size, geom, 3);
+  double nearest = 1e9;
+  for (int i = -kPoints; i <= kPoints; ++i) {
+    const double along = size[1] * i / kPoints;
+    const Point point{centre[0] + along * rotation[2], centre[2] + along * rotation[8]};
+    if (line.between(point.x, point.x).has_inside(point)) return std::nan("");
+    for (const GroundPiece& piece : line.pieces()) {
+      nearest = std::min(nearest, distance_to(piece, point));
+    }
+  }
+  return nearest - size[0];
+}
+
 /// Whatever the pose, a capsule has a contact exactly if its axis is nearer to the line than its
 /// radius or in the ground, and the deepest contact outside is as deep as the capsule is.
 TEST_P(GroundContactTest, CapsulesTouchWhatTheyReach) {
-  constexpr int kPoints = 200;
   constexpr double kRounding = 2e-4;  // of the points on the axes [m]
   Generator random(1);
   int touching = 0;
@@ -149,29 +168,16 @@ TEST_P(GroundContactTest, CapsulesTouchWhatTheyReach) {
       const mjModel& m = physics->model();
       ASSERT_LT(data.ncon, m.nconmax);
       for (const int geom : geoms_on_floor(*model)) {
-        const mjtNum* const centre = at(data.geom_xpos, geom, 3);
-        const mjtNum* const rotation = at(data.geom_xmat, geom, 9);
-        const mjtNum* const size = at(m.geom_size, geom, 3);
-        double nearest = 1e9;
-        bool is_inside = false;
-        for (int i = -kPoints; i <= kPoints; ++i) {
-          const double along = size[1] * i / kPoints;
-          const Point point{centre[0] + along * rotation[2], centre[2] + along * rotation[8]};
-          for (const GroundPiece& piece : line.pieces()) {
-            nearest = std::min(nearest, distance_to(piece, point));
-          }
-          is_inside |= line.between(point.x, point.x).has_inside(point);
-        }
+        const double gap = gap_of(m, data, geom, line);
         double deepest = 1e9;
         for (const mjContact* each = data.contact; each != data.contact + data.ncon; ++each) {
           if (each->geom1 == 0 && each->geom2 == geom) deepest = std::min(deepest, each->dist);
         }
         const bool has_contact = deepest < 1e9;
-        const double gap = nearest - size[0];
         SCOPED_TRACE("world " + std::to_string(world) + ", pose " + std::to_string(pose) +
                      ", geom " + std::to_string(geom) + ", gap " + std::to_string(gap));
         touching += has_contact ? 1 : 0;
-        if (is_inside) continue;  // the way out is not that of the nearest point of the axis
+        if (std::isnan(gap)) continue;  // the way out is not that of the nearest point of the axis
         if (std::abs(gap - m.pair_margin[0]) < kRounding) continue;
         ASSERT_EQ(has_contact, gap < m.pair_margin[0]);
         if (has_contact) {

@@ -156,7 +156,39 @@ WALKER_SIM_INLINE inline void touch_floor(const Smooth<Vector<W>>& smooth,
   }
 }
 
-/// mj_collision with the lines of levels, lane by lane; a lane without a line is on the floor.
+/// Adds the contacts of a lane's limb with the line. @return whether there is room for all
+template <int W>
+inline bool touch_line(const Smooth<Vector<W>>& smooth, const ModelValues<Vector<W>>& values,
+                       const GroundLine& line, int limb, int lane, Touches<W>& touches) {
+  const int first = 2 * limb;
+  LimbContact found[kMaxLimbContacts];
+  const int count = find_contacts(line,
+                                  {{smooth.end_x[first][lane], smooth.end_x[first + 1][lane]},
+                                   {smooth.end_z[first][lane], smooth.end_z[first + 1][lane]},
+                                   smooth.centre_z[limb][lane],
+                                   model::geom_size[limb + 1][0],
+                                   model::geom_rbound[limb + 1]},
+                                  Contacts::kMargin, found);
+  for (int i = 0; i < count; ++i) {
+    const LimbContact& each = found[i];
+    if (!(each.distance < Contacts::kMargin)) continue;
+    if (each.share == 0) touches.touching[first] |= 1U << lane;
+    if (each.share == 1) touches.touching[first + 1] |= 1U << lane;
+    Touch<W>* const touch = touches.add(values, limb, lane);
+    if (touch == nullptr) return false;
+    const bool is_level = each.normal_x == 0;
+    touch->distance.set(lane, each.distance);
+    touch->x.set(lane, each.x);
+    touch->z.set(lane, each.z);
+    touch->normal_x.set(lane, each.normal_x);
+    touch->normal_z.set(lane, each.normal_z);
+    touch->tangent_x.set(lane, is_level ? smooth.axis_x[limb][lane] : each.normal_z);
+    touch->tangent_z.set(lane, is_level ? 0 : -each.normal_x);
+  }
+  return true;
+}
+
+/// mj_collision with the lines of levels, lane by lane; a lane without a level is on the floor.
 template <int W>
 __attribute__((noinline)) void touch_lines(const Smooth<Vector<W>>& smooth,
                                            const ModelValues<Vector<W>>& values,
@@ -164,46 +196,19 @@ __attribute__((noinline)) void touch_lines(const Smooth<Vector<W>>& smooth,
   using V = Vector<W>;
   V top = 0.0;
   for (int lane = 0; lane < W; ++lane) top.set(lane, top_around(*lines[lane], smooth.com_x[lane]));
-  unsigned has_too_many = 0;
+  V is_full = 0.0;
   for (int limb = 0; limb < kLimbs; ++limb) {
     touches.begin(limb);
-    const int first = 2 * limb;
-    touches.touching[first] = touches.touching[first + 1] = 0;
-    const double radius = model::geom_size[limb + 1][0];
-    const V limit = top + V(radius + Contacts::kMargin);
-    const Mask<W> may_touch = ~(smooth.end_z[first] > limit) | ~(smooth.end_z[first + 1] > limit);
+    const V limit = top + V(model::geom_size[limb + 1][0] + Contacts::kMargin);
+    const Mask<W> may_touch =
+        ~(smooth.end_z[2 * limb] > limit) | ~(smooth.end_z[2 * limb + 1] > limit);
     for (unsigned lanes = to_bits(may_touch); lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(lanes);
-      LimbContact found[kMaxLimbContacts];
-      const int count = find_contacts(*lines[lane],
-                                      {{smooth.end_x[first][lane], smooth.end_x[first + 1][lane]},
-                                       {smooth.end_z[first][lane], smooth.end_z[first + 1][lane]},
-                                       smooth.centre_z[limb][lane],
-                                       radius,
-                                       model::geom_rbound[limb + 1]},
-                                      Contacts::kMargin, found);
-      for (int i = 0; i < count; ++i) {
-        const LimbContact& each = found[i];
-        if (!(each.distance < Contacts::kMargin)) continue;
-        if (each.share == 0) touches.touching[first] |= 1U << lane;
-        if (each.share == 1) touches.touching[first + 1] |= 1U << lane;
-        Touch<W>* const touch = touches.add(values, limb, lane);
-        if (touch == nullptr) {
-          has_too_many |= 1U << lane;
-          continue;
-        }
-        const bool is_level = each.normal_x == 0;
-        touch->distance.set(lane, each.distance);
-        touch->x.set(lane, each.x);
-        touch->z.set(lane, each.z);
-        touch->normal_x.set(lane, each.normal_x);
-        touch->normal_z.set(lane, each.normal_z);
-        touch->tangent_x.set(lane, is_level ? smooth.axis_x[limb][lane] : each.normal_z);
-        touch->tangent_z.set(lane, is_level ? 0 : -each.normal_x);
-      }
+      if (!touch_line(smooth, values, *lines[lane], limb, lane, touches)) is_full.set(lane, 1.0);
     }
   }
   touches.end();
+  touches.has_too_many = V(0.5) < is_full;
   for (int slot = 0; slot < touches.num_slots; ++slot) {  // mju_makeFrame
     Touch<W>& touch = touches.slots[slot];
     normalize(touch.normal_x, touch.normal_z);
@@ -212,11 +217,6 @@ __attribute__((noinline)) void touch_lines(const Smooth<Vector<W>>& smooth,
     touch.tangent_z -= touch.normal_z * along;
     normalize(touch.tangent_x, touch.tangent_z);
   }
-  V is_full = 0.0;
-  for (; has_too_many != 0; has_too_many &= has_too_many - 1) {
-    is_full.set(__builtin_ctz(has_too_many), 1.0);
-  }
-  touches.has_too_many = V(0.5) < is_full;
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
