@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -15,16 +14,11 @@
 #include "robots/bipedal_walker/player.h"
 #include "robots/bipedal_walker/world_settings.h"
 #include "robots/robot.h"
+#include "test_steps.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/registry.h"
 
 namespace walker::bipedal_walker {
-
-/// Returns the steps that WALKER_SIM_TEST_STEPS names.
-inline long num_test_steps(long absent) {
-  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
-  return text != nullptr ? std::strtol(text, nullptr, 10) : absent;
-}
 
 inline std::vector<double> draw_action(Generator& random) {
   std::vector<double> action(kJointCount);

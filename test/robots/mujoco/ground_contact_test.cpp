@@ -7,67 +7,21 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bits.h"
 #include "robots/mujoco/floor.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
-#include "robots/mujoco/physics.h"
+#include "robots/mujoco/on_line.h"
 #include "robots/mujoco/planar_model.h"
 #include "robots/mujoco/random_level.h"
-#include "robots/mujoco/world_physics.h"
 
 namespace walker::mujoco {
 namespace {
 
 constexpr double kPi = 3.141592653589793;
-
-using State = std::vector<double>;
-using Line = std::shared_ptr<const GroundLine>;
-
-Line line_of(const std::vector<Point>& points) { return std::make_shared<GroundLine>(points); }
-
-ModelPointer raised(const ModelPointer& model) {
-  WorldPhysics physics;
-  physics.has_level = true;
-  return WorldModels(model).model_of(physics);
-}
-
-/// A model's walker on a line of ground.
-std::unique_ptr<LibraryPhysics> on_line(const ModelPointer& model, const Line& line) {
-  auto physics = std::make_unique<LibraryPhysics>(raised(model));
-  physics->set_ground(line);
-  return physics;
-}
-
-std::vector<mjContact> contacts_of(const LibraryPhysics& physics) {
-  std::vector<mjContact> contacts;
-  physics.measure(
-      [&](const mjData& data) { contacts.assign(data.contact, data.contact + data.ncon); });
-  return contacts;
-}
-
-/// Returns what a contact is to the solver.
-State numbers_of(const mjContact& contact) {
-  State numbers{contact.dist, contact.includemargin};
-  for (const int number : {contact.dim, contact.geom1, contact.geom2, contact.exclude}) {
-    numbers.push_back(number);
-  }
-  const auto add = [&numbers](const mjtNum* values, int size) {
-    numbers.insert(numbers.end(), values, values + size);
-  };
-  add(contact.pos, 3);
-  add(contact.frame, 9);
-  add(contact.friction, 5);
-  add(contact.solref, mjNREF);
-  add(contact.solimp, mjNIMP);
-  for (double& number : numbers) number += 0.0;  // -0 acts as 0
-  return numbers;
-}
 
 class GroundContactTest : public testing::TestWithParam<const char*> {
  protected:
@@ -383,7 +337,6 @@ TEST(RestTest, ContactForcesSumToTheWeight) {
     physics->step(control.data(), {}, 2000);
     double up = 0;
     double forward = 0;
-    const GroundInUse ground(nullptr, -1);
     const mjData& data = physics->data();
     for (int contact = 0; contact < data.ncon; ++contact) {
       std::array<mjtNum, 6> force{};
@@ -396,68 +349,6 @@ TEST(RestTest, ContactForcesSumToTheWeight) {
     EXPECT_NEAR(up, 9.81, 0.05) << "ground " << i;
     EXPECT_NEAR(forward, 0, 0.05) << "ground " << i;
   }
-}
-
-/// Friction and softness are the floor's, whether the model names pairs or the engine finds them.
-TEST(FloorTest, ContactsHaveTheFloorsParameters) {
-  const Folder folder;
-  const std::string stock = stock_text("walker2d_v5.xml");
-  const std::string floor = "<geom name=\"floor\"";
-  const std::string texts[] = {
-      builtin_text("walker2d_v5.xml"),
-      builtin_text("walker2d_v4.xml"),
-      replaced(builtin_text("walker2d_v5.xml"), " collision=\"predefined\"", ""),
-      stock,
-      replaced(stock, "integrator=\"RK4\"", "integrator=\"RK4\" collision=\"dynamic\""),
-      replaced(stock, floor, floor + " priority=\"1\" condim=\"6\" margin=\"0.002\""),
-      replaced(stock, floor, floor + " priority=\"-1\" solref=\"0.03 0.7\""),
-      replaced(stock, floor, floor + " solmix=\"3\" solref=\"0.03 0.7\" solimp=\"0.7 0.8 0.01\""),
-      replaced(stock, floor, floor + " solmix=\"0\" solref=\"-900 -30\" gap=\"0.0001\""),
-  };
-  for (std::size_t i = 0; i < std::size(texts); ++i) {
-    SCOPED_TRACE(i);
-    const std::string file = folder.write("model" + std::to_string(i) + ".xml", texts[i]);
-    const ModelPointer model = load_planar_model({file, 6, "walker2d_v5.xml"});
-    ASSERT_EQ(level_refusal(*model), "");
-    EXPECT_EQ(geoms_on_floor(*model).size(), 7U);
-    const auto level = on_line(model, line_of({{-50, 0}, {1, 0}, {1, -0.5}, {9, -0.5}}));
-    LibraryPhysics flat(model);
-    State position(model->nq);
-    for (const double height : {1.2, 0.035}) {
-      position[kBaseZ] = height;
-      position[kBasePitch] = height < 0.5 ? kPi / 2 : 0;
-      for (LibraryPhysics* each : {&flat, level.get()}) {
-        each->reset(position.data(), State(model->nv).data());
-      }
-      const std::vector<mjContact> expected = contacts_of(flat);
-      const std::vector<mjContact> contacts = contacts_of(*level);
-      EXPECT_GE(expected.size(), height < 0.5 ? 6U : 2U);
-      ASSERT_EQ(contacts.size(), expected.size());
-      for (std::size_t k = 0; k < contacts.size(); ++k) {
-        EXPECT_EQ(numbers_of(contacts[k]), numbers_of(expected[k])) << height;
-      }
-    }
-  }
-}
-
-TEST(FloorTest, AModelWithoutAFloorIsRefused) {
-  const Folder folder;
-  const std::string text = stock_text("walker2d_v5.xml");
-  const auto refusal = [&](const std::string& name, const std::string& changed) {
-    return level_refusal(*load_model(folder.write(name + ".xml", changed)));
-  };
-  EXPECT_EQ(refusal("tilted",
-                    replaced(text, "<geom name=\"floor\"", "<geom name=\"floor\" euler=\"0 3 0\"")),
-            "the model has no floor, a level plane of the world's body");
-  EXPECT_EQ(refusal("box", replaced(text, "type=\"plane\" size=\"40 40 40\"",
-                                    "type=\"box\" size=\"40 40 0.1\" pos=\"0 0 -0.1\"")),
-            "the model has no floor, a level plane of the world's body");
-  EXPECT_EQ(
-      refusal("sole", replaced(text, "name=\"foot_geom\"", "name=\"sole\" type=\"cylinder\"")),
-      "the geom sole touches the floor and has another shape than a sphere or a capsule, which "
-      "alone stand on a level");
-  EXPECT_EQ(refusal("untouched", replaced(text, "conaffinity=\"1\"", "conaffinity=\"0\"")),
-            "no limb of the model touches its floor");
 }
 
 }  // namespace

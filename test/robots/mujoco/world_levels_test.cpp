@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
 #include "observer.h"
 #include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_robot.h"
+#include "test_steps.h"
 
 namespace walker::mujoco {
 namespace {
@@ -29,12 +29,6 @@ double height_in(const Scene& scene, double x) {
   return height;
 }
 
-/// Steps of a test of stability; WALKER_SIM_TEST_STEPS asks for more.
-long num_steps() {
-  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
-  return std::max(text != nullptr ? std::strtol(text, nullptr, 10) : 0, 25000L);
-}
-
 /// Random actions from all along the ground, in levels at each parameter's limits and between.
 TEST_P(WorldLevelsTest, IsStableInLevels) {
   Generator random(7);
@@ -51,7 +45,7 @@ TEST_P(WorldLevelsTest, IsStableInLevels) {
   for (int i = 0; i < 40; ++i) levels.push_back(random_level(random));
   WorldRobot robot = make();
   Numbers action(robot.action_size());
-  const std::uint64_t num_seeds = num_steps() / (100 * levels.size()) + 1;
+  const std::uint64_t num_seeds = num_test_steps(25000) / (100 * levels.size()) + 1;
   for (const WorldValues& level : levels) {
     SCOPED_TRACE(to_string(as_numbers(level)));
     robot.robot->set_world(level);

@@ -27,13 +27,7 @@ struct Shared {
       : values(values_of(*base)),
         floor(floor_of(*base)),
         data(base),
-        level_data(WorldModels(base).model_of(in_level())) {}
-
-  static WorldPhysics in_level() {
-    WorldPhysics physics;
-    physics.has_level = true;
-    return physics;
-  }
+        level_data(WorldModels(base).model_of(physics_of({{"ground_roughness", 1}}))) {}
 
   ModelValues<double> values;  ///< of the base model
   int floor;                   ///< geom that a level replaces

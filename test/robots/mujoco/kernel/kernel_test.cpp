@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <iostream>
 #include <random>
 #include <tuple>
@@ -18,14 +17,10 @@
 #include "robots/mujoco/kernel/run.h"
 #include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_physics.h"
+#include "test_steps.h"
 
 namespace walker::mujoco::kernel {
 namespace {
-
-long steps_of_each() {
-  const char* const text = std::getenv("WALKER_SIM_TEST_STEPS");
-  return text != nullptr ? std::strtol(text, nullptr, 10) : 2500;
-}
 
 /// Maximum share of steps that a kernel may leave to the library; in walks and falls none, or few
 /// at the limits of an instance's physics. The limbs of a hopper touch each other when it lies on
@@ -47,7 +42,7 @@ TEST_P(KernelTest, HasTheLibrarysBits) {
   const TestedRobot& robot = robot_of(file);
   const std::vector<Contestant> all = contestants(robot);
   ASSERT_FALSE(all.empty()) << "no kernel for this processor";
-  const long steps = steps_of_each();
+  const long steps = num_test_steps(2500);
   const Report report = run(all, file, mode, instances, steps);
   ASSERT_GE(report.steps, steps);
   std::cout << report.steps << " steps each, up to " << report.most_contacts << " contacts, "

@@ -184,9 +184,7 @@ class Run {
     for (const Contestant& contestant : all) {
       sides_.push_back(std::make_unique<Side>(contestant));
     }
-    WorldPhysics in_level;
-    in_level.has_level = true;
-    const ModelPointer roomy = models_.model_of(in_level);
+    const ModelPointer roomy = models_.model_of(physics_of({{"ground_roughness", 1}}));
     for (std::size_t i = 0; i < kInstances; ++i) {
       data_.push_back(make_data(*roomy));
       begin(i);
