@@ -21,7 +21,7 @@ inline std::string engine_release(const std::string& engine_version) {
   return text.substr(0, text.find(kLibm));
 }
 
-/// Returns what follows `kLibm` or `kLevels`; empty if there is none.
+/// Returns the VARIANT of a key, which is `kLibm` or `kLevels`; empty if the version lacks the key.
 inline std::string variant_of(const std::string& engine_version, const std::string& key) {
   const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
   const std::size_t at = text.find(key);

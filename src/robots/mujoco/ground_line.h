@@ -18,7 +18,8 @@ inline Point moved(const Point& from, const Point& direction, double distance) {
 
 constexpr double kFarEnd = 1e4;  ///< length of the level ground at both ends [m]
 
-/// A straight piece of a surface. Who looks along it has the earth on the right-hand side.
+/// A straight piece of a surface. On the way from its first point to its second, the earth is on
+/// the right.
 struct GroundPiece {
   Point from;    ///< [m]
   Point to;      ///< [m]

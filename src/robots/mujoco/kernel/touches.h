@@ -5,9 +5,8 @@
 //             distance  d = end_z - radius
 //             point     (end_x, end_z - d / 2 - radius)
 //             frame     normal (0, 1), tangent: the capsule's axis, projected and normalized
-//   line    `find_contacts`, limb by limb: scalar code, which the library's steps use too. Limbs
-//   above
-//           `top_around` are left out.
+//   line    `find_contacts`, limb by limb: scalar code, which the library's steps use too.
+//           Limbs above `top_around` are left out.
 //
 // Inputs: the capsules' ends and axes of smooth.h. No state.
 #pragma once
