@@ -1,4 +1,4 @@
-"""Ranges of a world that grow during a training, and trainings that start from a policy."""
+"""Trainings in several worlds, in ranges that grow, and those that start from a policy."""
 
 import json
 import math
@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
+from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import Evolution
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
 from walker_sim.training.settings import settings_from
+from walker_sim.training.stage import in_turn
 
 ID = "Hopper-v5"
 WORLD = {
@@ -92,18 +94,18 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, given):
     training.report = stop
     training.run()
     training.close()
-    grown = training.world
+    grown = training.curriculum.world
     assert 0 < training.curriculum.progress < 1
     resumed = kind(ID, settings, tmp_path, num_threads=1)
     resumed.resume()
-    assert resumed.world == grown
+    assert resumed.curriculum.world == grown
     if kind is Training:
         worlds = resumed.walkers.get_attr("world")
         assert worlds[0] == worlds[2] == grown
         assert worlds[1] == resumed.curriculum.trial(0)
     resumed.run()
     resumed.close()
-    assert resumed.world == WORLD
+    assert resumed.curriculum.world == WORLD
     worlds = [point.world for point in read_curve(tmp_path / "curve.csv")]
     assert worlds[-1] == _core.world_text(WORLD)
     assert len(set(worlds)) > 1
@@ -111,6 +113,82 @@ def test_training_s_ranges_grow_and_are_resumed(tmp_path, kind, given):
     assert notes["world"] in worlds
     state = json.loads((tmp_path / "checkpoint/state.json").read_text())
     assert state["moves"] == [4, 4, 4, 4]
+
+
+MIXTURE = [
+    "slippery",
+    {"world": {"gravity": -9.0}, "weight": 3},
+    {"name": "weak", "world": "{motor_strength: 0.9}", "weight": 2},
+    {"world": "moon", "weight": 0},
+]
+NAMES = ["slippery", "{gravity: -9.0}", "weak", "moon"]
+
+
+def test_worlds_of_a_mixture_take_turns_by_their_weights():
+    mixture = settings_from({"world": MIXTURE}).mixture
+    assert [part.name for part in mixture] == NAMES
+    slippery, heavy, weak = ({"friction_scale": (0.1, 0.4)}, *(each.world for each in mixture[1:3]))
+    assert in_turn(mixture) == [heavy, weak, slippery, heavy, weak, heavy]
+
+
+@pytest.mark.parametrize(("kind", "given"), [(Evolution, ES), (Training, PPO)], ids=["es", "ppo"])
+@pytest.mark.parametrize("keep_best_by", ["mean", "least"])
+def test_a_mixture_is_trained_in_and_evaluated(tmp_path, kind, given, keep_best_by, monkeypatch):
+    mixed = {"world": MIXTURE, "curriculum": None, "keep_best_by": keep_best_by, "steps": 3000}
+    settings = settings_from({**given, **mixed})
+    trained_in = set()
+    play = kind.play
+
+    def note(training, player, networks, worlds, jobs):
+        if player is not training._evaluator:
+            trained_in.update(_core.world_text(worlds[job[2]]) for job in jobs)
+        return play(training, player, networks, worlds, jobs)
+
+    monkeypatch.setattr(kind, "play", note)
+    training = kind(ID, settings, tmp_path, num_threads=1)
+    if kind is Training:
+        worlds = training.walkers.get_attr("world")
+        assert worlds[:6] == in_turn(settings.mixture)
+        trained_in.update(map(_core.world_text, worlds))
+    training.run()
+    training.close()
+    texts = [_core.world_text(part.world) for part in settings.mixture]
+    assert trained_in == set(texts[:3])
+    points = read_curve(tmp_path / "curve.csv")
+    for point in points:
+        assert list(point.means) == NAMES
+        assert point.evaluation_return == pytest.approx(np.mean(list(point.means.values())), 1e-4)
+    worths = [
+        min(point.means.values()) if keep_best_by == "least" else point.evaluation_return
+        for point in points
+    ]
+    assert training.best == pytest.approx(max(worths), 1e-4)
+    resumed = kind(ID, settings, tmp_path, num_threads=1)
+    resumed.resume()
+    resumed.close()
+    assert (resumed.best, resumed.points[-1].means.keys()) == (training.best, set(NAMES))
+    # The means are those of `evaluate`, world by world.
+    policy = _core.Policy(str(tmp_path / "policy.safetensors"))
+    assert policy.notes["world"] == (
+        "1 slippery {friction_scale: [0.1, 0.4]}, 3 {gravity: -9.0}, "
+        "2 weak {motor_strength: 0.9}, 0 moon {gravity: -1.62}"
+    )
+    best = points[worths.index(max(worths))]
+    player = make_player(ID, SMALL["parameters"], 1)
+    for part in settings.mixture:
+        jobs = [(0, 2_000_000 + index, 0) for index in range(2)]
+        played = play_jobs(player, [policy], [part.world], jobs)
+        mean = np.mean([episode.episode_return for episode in played])
+        assert best.means[part.name] == pytest.approx(mean, 1e-4)
+
+
+def test_a_mixture_needs_a_walker_for_each_of_its_weights(tmp_path):
+    settings = settings_from({**PPO, "world": MIXTURE, "curriculum": None, "num_envs": 5})
+    with pytest.raises(ValueError, match="num_envs = 5: must be at least 6, the sum of the weig"):
+        Training(ID, settings, tmp_path)
+    unknown = settings_from({"world": ["moon", {"hip_speed": 3}]})
+    with pytest.raises(ValueError, match="hip_speed"):
+        Training(ID, unknown, tmp_path)
 
 
 @pytest.mark.parametrize(("kind", "given"), [(Evolution, ES), (Training, PPO)], ids=["es", "ppo"])

@@ -125,7 +125,8 @@ def run(arguments: Sequence[str]) -> int:
                     file=sys.stderr,
                 )
                 return 130
-    print(f"{folder / POLICY}: mean return {training.best:.1f} in its evaluation")
+    least = "least " if len(training.goal.mixture) > 1 and settings.keep_best_by == "least" else ""
+    print(f"{folder / POLICY}: {least}mean return {training.best:.1f} in its evaluation")
     return 0
 
 
@@ -241,4 +242,5 @@ def _show(bar: Any, training: Any, point: Any) -> None:
             f"{point.training_return:8.1f}   evaluation {point.evaluation_return:8.1f} "
             f"± {point.deviation:.1f}, min {point.least:.1f}"
             + (f"   in {point.world}" if training.curriculum else "")
+            + "".join(f"\n{mean:>14.1f} in {name}" for name, mean in point.means.items())
         )

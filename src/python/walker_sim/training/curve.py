@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
-from typing import NamedTuple, Sequence
+from typing import Mapping, NamedTuple, Sequence
 
 from walker_sim.files import replace_figure, replace_file
 
@@ -16,31 +16,41 @@ class Point(NamedTuple):
     steps: int
     seconds: float  # wall time without evaluations [s]
     training_return: float  # mean of the last 100 training episodes, with exploration noise
-    evaluation_return: float  # mean over the evaluation's episodes
+    evaluation_return: float  # mean over the evaluation's episodes, as many in each world
     deviation: float  # standard deviation of these
     least: float  # minimum of these
     world: str  # in which the policy learns at this time
+    means: Mapping[str, float]  # mean return in each of several worlds by name; of one: empty
+
+
+COLUMNS = Point._fields[:-1]
 
 
 def write_curve(points: Sequence[Point], path: Path) -> None:
-    """Writes the points as CSV."""
+    """Writes the points as CSV. The columns of the worlds' means are the last ones."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(Point._fields)
+    writer.writerow([*COLUMNS, *(points[-1].means if points else ())])
     for point in points:
-        numbers = [f"{value:.6g}" for value in point[1:-1]]
-        writer.writerow([point.steps, *numbers, point.world])
+        steps, *numbers, world, means = point
+        writer.writerow([steps, *map(_short, numbers), world, *map(_short, means.values())])
     replace_file(path, text.getvalue().encode())
 
 
 def read_curve(path: Path) -> list[Point]:
     with path.open(newline="") as file:
-        rows = list(csv.reader(file))[1:]
-    points = []
-    for steps, *numbers, world in rows:
+        header, *rows = csv.reader(file)
+    names, points = header[len(COLUMNS) :], []
+    for row in rows:
+        steps, (*numbers, world), means = row[0], row[1 : len(COLUMNS)], row[len(COLUMNS) :]
         seconds, training, mean, deviation, least = map(float, numbers)
-        points.append(Point(int(steps), seconds, training, mean, deviation, least, world))
+        by_name = dict(zip(names, map(float, means)))
+        points.append(Point(int(steps), seconds, training, mean, deviation, least, world, by_name))
     return points
+
+
+def _short(value: float) -> str:
+    return f"{value:.6g}"
 
 
 def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
@@ -57,7 +67,9 @@ def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
     axes.plot(steps, means, label="evaluation (mean, deviation of episodes)")
     noisy = [point.training_return for point in points]
     axes.plot(steps, noisy, linestyle="--", linewidth=1, label="training, with exploration")
+    for name in points[-1].means if points else ():
+        axes.plot(steps, [point.means[name] for point in points], linewidth=1, label=name[:40])
     axes.set(xlabel="steps [million]", ylabel="return", title=title)
     axes.grid(alpha=0.3)
-    axes.legend(loc="lower right")
+    axes.legend(loc="lower right", fontsize="small")
     replace_figure(path, figure)

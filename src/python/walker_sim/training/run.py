@@ -47,7 +47,7 @@ class Training(Stage):
         settings = self.settings
         if walkers is None:
             parameters = {**settings.parameters, "num_threads": self.num_threads}
-            walkers = sb3.VecEnv(env_id, settings.num_envs, world=settings.world, **parameters)
+            walkers = sb3.VecEnv(env_id, settings.num_envs, **parameters)
         self.walkers = learner.wrap(walkers, settings)
         self.model = learner.make_learner(settings, self.walkers)
         if start is not None:
@@ -100,14 +100,15 @@ class Training(Stage):
             self._set_worlds()
 
     def _set_worlds(self) -> None:
-        """Sets the worlds of the walkers' next episodes to the curriculum's."""
-        if self.curriculum:
-            worlds, count = self.training_worlds, self.settings.num_envs
-            if count < len(worlds):
-                raise ValueError(
-                    f"num_envs = {count}: must be at least {len(worlds)}, twice the number of ends "
-                    "of the curriculum's ranges"
-                )
+        """Sets the worlds of the walkers' next episodes."""
+        worlds, count = self.training_worlds, self.settings.num_envs
+        if count < len(worlds):
+            what = "twice the number of ends of the curriculum's ranges"
+            raise ValueError(
+                f"num_envs = {count}: must be at least {len(worlds)}, "
+                f"{what if self.curriculum else 'the sum of the weights of the worlds'}"
+            )
+        if any(worlds):
             self.walkers.unwrapped.set_world([worlds[i % len(worlds)] for i in range(count)])
 
     def policy(self) -> PolicyFile:

@@ -8,8 +8,9 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass, field
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
+from walker_sim import _core
 from walker_sim.worlds import World, read_world
 
 EVOLUTIONARY = ("es", "cma")
@@ -29,6 +30,14 @@ Check = Callable[[str, Any], Any]
 
 class SettingsError(ValueError):
     """A setting is invalid. The message names it, its value and what is allowed."""
+
+
+class Part(NamedTuple):
+    """One world of a mixture."""
+
+    name: str  # in evaluations: given, a preset's, or the world's text
+    world: World
+    weight: int  # share of the training, relative to the other worlds'; 0: evaluations only
 
 
 def _require(is_allowed: bool, name: str, value: Any, what: str) -> None:
@@ -105,6 +114,36 @@ def _world(name: str, value: Any) -> World:
         raise SettingsError(f"{name}: {error}") from error
 
 
+def _worlds(name: str, value: Any) -> World | list[dict[str, Any]]:
+    """Checks one world, or a list with the fields of a `Part` for each."""
+    if not isinstance(value, (list, tuple)):
+        return _world(name, value)
+    _require(len(value) > 0, name, value, "a world, or a list of worlds")
+    parts: list[dict[str, Any]] = []
+    for index, given in enumerate(value):
+        where = f"{name}: {index + 1}"
+        part = given if isinstance(given, Mapping) and "world" in given else {"world": given}
+        for key in part:
+            if key not in Part._fields:
+                known = ", ".join(Part._fields)
+                raise SettingsError(f"{where}: {key}: unknown; must be one of {known}")
+        world = _world(where, part["world"])
+        preset = part["world"] if isinstance(part["world"], str) else ""
+        default = _core.world_text(world) if "{" in preset or not preset else preset
+        called = _text(f"{where}: name", part.get("name", default))
+        _require(
+            called not in (each["name"] for each in parts),
+            f"{where}: name",
+            called,
+            "another than those of the worlds before",
+        )
+        weight = _whole(0, 1000)(f"{where}: weight", part.get("weight", 1))
+        parts.append({"name": called, "world": world, "weight": weight})
+    weights = [part["weight"] for part in parts]
+    _require(any(weights), f"{name}: weights", weights, "more than 0 for at least one world")
+    return parts
+
+
 def _curriculum(name: str, value: Any) -> dict[str, Any]:
     checks = {"thresholds": _pair(-math.inf, math.inf), "moves": _whole(1), "episodes": _whole(1)}
     given = _mapping(name, value)
@@ -171,8 +210,11 @@ class Settings:
     seed: int = _setting(0, _whole(0, 2**32 - 1))
     parameters: Mapping[str, Any] = _setting({}, _parameters)
     """Parameters of the environment by name."""
-    world: Mapping[str, tuple[float, float]] = _setting({}, _world)
-    """World in which the policy is trained and evaluated."""
+    world: Mapping[str, tuple[float, float]] | Sequence[Mapping[str, Any]] = _setting({}, _worlds)
+    """World in which the policy is trained and evaluated, or a list of such, see `mixture`."""
+    keep_best_by: str = _setting("mean", _one_of("mean", "least"))
+    """Which number of an evaluation in several worlds decides the policy that is kept: the mean of
+    their mean returns, or the least."""
     curriculum: Mapping[str, Any] | None = _setting(None, _optional(_curriculum))
     """How the ranges of the training's world grow, see `training.curriculum`; None: they apply from
     the beginning."""
@@ -239,6 +281,13 @@ class Settings:
     def num_stages(self) -> int:
         return 1 + len(self.stages)
 
+    @property
+    def mixture(self) -> list[Part]:
+        """The worlds of training and evaluation."""
+        if isinstance(self.world, Mapping):
+            return [Part("", dict(self.world), 1)]
+        return [Part(**part) for part in self.world]
+
     def stage(self, index: int) -> Settings:
         """Returns the settings of one stage, without `stages`."""
         settings = dataclasses.replace(self, stages=[])
@@ -272,7 +321,7 @@ class Settings:
 
 _LATER = (
     *("world", "curriculum", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
-    *("max_difference", "deviation_weight", "start_weight"),
+    *("max_difference", "deviation_weight", "start_weight", "keep_best_by"),
 )
 
 
@@ -283,6 +332,11 @@ def settings_from(given: Mapping[str, Any]) -> Settings:
     _refuse_unused(stages)
     for index, stage in enumerate(stages):
         where, before = f"stages: {index}: " if index > 0 else "", stages[max(index - 1, 0)]
+        if stage.curriculum and len(stage.mixture) > 1:
+            raise SettingsError(
+                f"{where}curriculum = {dict(stage.curriculum)}: must be null, because "
+                f"{len(stage.mixture)} worlds are trained in"
+            )
         if stage.algorithm == "es" and stage.population % 2 != 0:
             raise SettingsError(f"{where}population = {stage.population}: must be even, for pairs")
         if (index > 0 or stage.start is not None) and stage.algorithm not in CONTINUING:

@@ -9,7 +9,7 @@ import signal
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Callable, Mapping
+from typing import Any, Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from walker_sim.files import remove_unfinished, replace_file
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
 from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes, write_policy
-from walker_sim.training.settings import Settings
+from walker_sim.training.settings import Part, Settings
 from walker_sim.training.settings_file import read_settings, write_settings
 from walker_sim.worlds import World
 
@@ -94,9 +94,11 @@ class Stage(ABC):
         curricula: list[Curriculum | None] = []
         for each in map(settings.stage, range(index, settings.num_stages)):
             # A mistake in a later stage is reported now, not after hours.
-            parameters, world, growth = each.parameters, each.world, each.curriculum
-            _core.Pool(env_id, dict(parameters)).set_world([], [dict(world)])
-            curricula.append(Curriculum(env_id, parameters, world, growth) if growth else None)
+            walker = _core.Pool(env_id, dict(each.parameters))
+            for part in each.mixture:
+                walker.set_world([], [part.world])
+            world, growth = each.mixture[0].world, each.curriculum
+            curricula.append(Curriculum(env_id, each.parameters, world, growth) if growth else None)
             if each.start is not None:
                 self._read(each.start, each)
         self.curriculum = curricula[0]
@@ -174,14 +176,16 @@ class Stage(ABC):
         return self.is_done and bool(self.points) and self.points[-1].steps == self.all_steps
 
     @property
-    def world(self) -> World:
-        """The world in which the policy learns at present."""
-        return self.curriculum.world if self.curriculum else dict(self.settings.world)
+    def mixture(self) -> list[Part]:
+        """The worlds in which the policy learns at present."""
+        if self.curriculum:
+            return [Part("", self.curriculum.world, 1)]
+        return self.settings.mixture
 
     @property
     def training_worlds(self) -> list[World]:
         """The worlds of training episodes, in turn."""
-        return self.curriculum.training_worlds if self.curriculum else [self.world]
+        return self.curriculum.training_worlds if self.curriculum else in_turn(self.mixture)
 
     @property
     def parameter_texts(self) -> dict[str, str]:
@@ -190,13 +194,13 @@ class Stage(ABC):
 
     def notes(self) -> dict[str, str]:
         """Returns the metadata of the policy."""
-        world = self.world
+        world = text_of(self.mixture)
         return {
             "algorithm": self.settings.algorithm,
             "steps": str(self.all_steps),
             "seed": str(self.settings.seed),
             "settings": self.whole.hash(),
-            **({"world": _core.world_text(world)} if world else {}),
+            **({"world": world} if world != "{}" else {}),
         }
 
     def resume(self) -> None:
@@ -214,7 +218,7 @@ class Stage(ABC):
         count = state.get("points", len(points))
         self.points = points[:count]
         # The policy of such an evaluation may have been kept.
-        self.best = max([state["best"], *(point.evaluation_return for point in points[count:])])
+        self.best = max([state["best"], *map(self._worth, points[count:])])
         self._evaluating = -state["seconds"]
         self._slot = state["files"] if state.get("files") in SLOTS else ""
 
@@ -257,16 +261,18 @@ class Stage(ABC):
         """Adds a point to the curve; saves the policy if it is the best so far."""
         began = time.monotonic()
         seconds = self.seconds
-        policy = self.policy()
-        returns = self._returns(
-            policy, self.goal.world, FIRST_CHOICE_SEED, self.settings.evaluation_episodes
-        )
+        policy, parts = self.policy(), self.goal.mixture
+        worlds, episodes = [part.world for part in parts], self.settings.evaluation_episodes
+        returns = self._returns(policy, worlds, FIRST_CHOICE_SEED, episodes)
         outcome = (float(returns.mean()), float(returns.std()), float(returns.min()))
-        world = _core.world_text(self.world)
-        point = Point(self.all_steps, seconds, self.mean_return, *outcome, world)
+        means = {part.name: float(mean) for part, mean in zip(parts, returns.mean(axis=1))}
+        # The names of several worlds are in the means.
+        world = text_of(self.mixture) if len(self.mixture) == 1 else ""
+        means = means if len(parts) > 1 else {}
+        point = Point(self.all_steps, seconds, self.mean_return, *outcome, world, means)
         self.points.append(point)
-        if point.evaluation_return > self.best:
-            self.best = point.evaluation_return
+        if self._worth(point) > self.best:
+            self.best = self._worth(point)
             if self.steps > 0 or self.index == 0:  # else it is the stage's before, with its notes
                 write_policy(policy, self.folder / POLICY)
         write_curve(self.points, self.folder / CURVE)
@@ -279,17 +285,17 @@ class Stage(ABC):
         """Tries one end of the curriculum's ranges. Returns whether they have changed."""
         if not self.curriculum:
             return False
-        before = self.world
+        before = self.curriculum.world
         episodes = self.curriculum.episodes
         returns = self._returns(
             self.policy(),
-            self.curriculum.trial(self._trials),
+            [self.curriculum.trial(self._trials)],
             FIRST_TRIAL_SEED + self._trials * episodes,
             episodes,
         )
         self.curriculum.take(self._trials, float(returns.mean()))
         self._trials += 1
-        return self.world != before
+        return self.curriculum.world != before
 
     def read_start(self) -> PolicyFile | None:
         """Reads the policy to start from: the settings', or that of the stage before. Returns None
@@ -312,18 +318,25 @@ class Stage(ABC):
         policy.env_id, policy.parameters = self.env_id, self.parameter_texts
         return policy
 
+    def _worth(self, point: Point) -> float:
+        """Returns the number of an evaluation by which the best policy is chosen."""
+        if self.settings.keep_best_by == "least" and point.means:
+            return min(point.means.values())
+        return point.evaluation_return
+
     def _returns(
-        self,
-        policy: PolicyFile,
-        world: Mapping[str, tuple[float, float]],
-        first_seed: int,
-        episodes: int,
+        self, policy: PolicyFile, worlds: list[World], first_seed: int, episodes: int
     ) -> NDArray[np.float64]:
-        """Returns the return of each episode, played without exploration."""
+        """Returns the return of each episode, played without exploration, a row for each world."""
         network = _core.Policy.from_bytes(f"after {self.all_steps} steps", to_bytes(policy))
-        jobs = [(0, first_seed + index, 0) for index in range(episodes)]
-        played = self.play(self._evaluator, [network], [dict(world)], jobs)
-        return np.array([episode.episode_return for episode in played])
+        jobs = [
+            (0, first_seed + index, world)
+            for world in range(len(worlds))
+            for index in range(episodes)
+        ]
+        played = self.play(self._evaluator, [network], worlds, jobs)
+        returns = np.array([episode.episode_return for episode in played])
+        return returns.reshape(len(worlds), episodes)
 
     def play(self, *arguments: Any) -> list[PlayedEpisode]:
         """Plays episodes as `play_jobs`; Stopped once a signal has stopped the training."""
@@ -366,6 +379,30 @@ class Stage(ABC):
             # `play` may be ending: a second signal must not end `save_checkpoint`.
             self._is_playing = False
             raise Stopped
+
+
+def in_turn(mixture: Sequence[Part]) -> list[World]:
+    """Returns each world as often as its weight says, as evenly spread as possible: each turn is
+    that of the world whose share lags behind most."""
+    total = sum(part.weight for part in mixture)
+    lags, worlds = [0] * len(mixture), []
+    for _ in range(total):
+        lags = [lag + part.weight for lag, part in zip(lags, mixture)]
+        turn = lags.index(max(lags))
+        lags[turn] -= total
+        worlds.append(mixture[turn].world)
+    return worlds
+
+
+def text_of(mixture: Sequence[Part]) -> str:
+    """Returns the worlds and their weights as a text; of a single world, the world's own."""
+    texts = [_core.world_text(part.world) for part in mixture]
+    if len(mixture) == 1:
+        return texts[0]
+    return ", ".join(
+        f"{part.weight} {text if part.name == text else f'{part.name} {text}'}"
+        for part, text in zip(mixture, texts)
+    )
 
 
 def checkpoint_of(folder: Path) -> Path:
