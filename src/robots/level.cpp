@@ -121,13 +121,15 @@ class GroundGenerator {
     stair_height_ = generator_.random() > 0.5 ? +1 : -1;
     section_y_ = y_;
     if (level_.stairs) {
-      const auto& [width, rise, num_treads] = *level_.stairs;
-      begin_obstacle(ObstacleKind::stairs, x, x + num_treads * width);
-      for (int s = 0; s < num_treads; ++s) {
+      const auto& [width, rise, most, vary] = *level_.stairs;
+      stair_steps_ = vary ? generator_.integers(0, most + 1) : most;
+      const double length = static_cast<double>(stair_steps_) * width;
+      if (stair_steps_ > 0) begin_obstacle(ObstacleKind::stairs, x, x + length);
+      for (int s = 0; s < stair_steps_; ++s) {
         const double top = y_ + s * rise * static_cast<double>(stair_height_);
         add_box(x + s * width, top - rise, width, rise);
       }
-      remaining_ = ceiling_of(num_treads * width / column_) + 1;
+      remaining_ = ceiling_of(length / column_) + 1;
       stair_columns_ = remaining_;
       return;
     }
@@ -154,7 +156,7 @@ class GroundGenerator {
   double height_beside(const Stairs& stairs) const {
     const auto column = static_cast<double>(stair_columns_ - 1 - remaining_);
     const double tread = std::min(std::floor(column * column_ / stairs.tread_width + kTolerance),
-                                  static_cast<double>(stairs.num_treads - 1));
+                                  static_cast<double>(stair_steps_ - 1));
     return section_y_ + (stair_height_ > 0 ? tread : -(tread + 1)) * stairs.rise;
   }
 
@@ -242,7 +244,8 @@ Level level_of(const WorldValues& values, const GroundSize& size, double roughne
   if (has_size_of(values, "stair_")) {
     level.stairs = {value_or(values, "stair_width", size.stairs.tread_width),
                     value_or(values, "stair_height", size.stairs.rise),
-                    static_cast<int>(value_or(values, "stair_steps", size.stairs.num_treads))};
+                    static_cast<int>(value_or(values, "stair_steps", size.stairs.num_treads)),
+                    value_or(values, "stair_steps_vary", 0) != 0};
   }
   return level;
 }
@@ -271,6 +274,11 @@ std::vector<WorldParameter> level_parameters(const LevelLimits& limits, const Le
        stairs + "number of steps, the first level with the ground if they go up; 3 if only other "
                 "sizes are named.",
        kNone, 1, 10, true},
+      {"stair_steps_vary", "",
+       stairs +
+           "1: each flight draws its own number of steps, from 0 to stair_steps; 0 or not set: "
+           "all flights of an episode have stair_steps.",
+       kNone, 0, 1, true},
       {"obstacle_spacing", "m", texts.spacing, kNone, limits.spacing.low, limits.spacing.high},
   };
 }

@@ -41,14 +41,16 @@ struct Stairs {
   double tread_width;  ///< [m]
   double rise;         ///< of each tread [m]
   int num_treads;
+  bool vary = false;  ///< whether each flight draws its number of treads, from 0 to num_treads
 
   friend bool operator==(const Stairs& a, const Stairs& b) {
-    return a.tread_width == b.tread_width && a.rise == b.rise && a.num_treads == b.num_treads;
+    return a.tread_width == b.tread_width && a.rise == b.rise && a.num_treads == b.num_treads &&
+           a.vary == b.vary;
   }
 };
 
-/// A world's level. Obstacles of an episode have equal sizes. If the level has any obstacle,
-/// hardcore's own obstacles are not made.
+/// A world's level. Obstacles of an episode have equal sizes, except stairs that vary. If the level
+/// has any obstacle, hardcore's own obstacles are not made.
 struct Level {
   double ground_roughness = 1;             ///< factor of the slopes of Gymnasium's grass
   std::optional<double> obstacle_spacing;  ///< grass between obstacles [m]; absent: drawn

@@ -28,7 +28,7 @@ derive, normals = page_functions()
 
 def draw(episode, name, low, high, dt):
     generator = derive(episode, name)
-    if name == "stair_steps":
+    if name in ("stair_steps", "stair_steps_vary"):
         return generator.integers(int(low), int(high) + 1)
     value = generator.uniform(low, high)
     return dt * math.floor(value / dt + 0.5) if name.endswith("_delay") else value
@@ -100,6 +100,8 @@ def course(generator, world, environment_id):
         width, rise = world.get("stair_width", 4 * column), world.get("stair_height", column)
         steps = int(world.get("stair_steps", 3))
         sign = 1 if generator.random() > 0.5 else -1
+        if world.get("stair_steps_vary"):
+            steps = generator.integers(0, steps + 1)
         tops = [y + sign * s * rise for s in range(steps)]
         for s, top in enumerate(tops):
             box(len(ground) * column + s * width, top - rise, width, rise)
@@ -140,6 +142,7 @@ LEVELS = {
     "rough": {"ground_roughness": (0.5, 3)},
     "stumps": {"stump_width": (0.3, 2), "stump_float": (0, 1)},
     "stairs": {"stair_steps": (1, 6), "stair_width": (0.5, 1.1), "stair_height": (0.05, 0.6)},
+    "flights": {"stair_steps": (1, 4), "stair_steps_vary": 1, "stair_width": 0.7},
     "pits": {"pit_gap": (0.1, 3), "obstacle_spacing": (0.7, 5), "ground_roughness": 0.5},
     "all": {"pit_gap": (0.1, 3), "stump_height": (0.1, 1), "stair_height": 0.2},
 }

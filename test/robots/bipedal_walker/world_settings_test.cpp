@@ -15,10 +15,10 @@ namespace {
 
 TEST(WorldSettingsTest, RegistrationHasTheParameters) {
   const std::set<std::string> expected{
-      "ground_roughness", "pit_gap",      "stump_width",      "stump_height", "stump_float",
-      "stair_width",      "stair_height", "stair_steps",      "gravity",      "friction_scale",
-      "motor_strength",   "mass_scale",   "joint_damping",    "hip_speed",    "knee_speed",
-      "lidar_range",      "initial_push", "obstacle_spacing", "range_noise"};
+      "ground_roughness", "pit_gap",        "stump_width",  "stump_height",     "stump_float",
+      "stair_width",      "stair_height",   "stair_steps",  "stair_steps_vary", "gravity",
+      "friction_scale",   "motor_strength", "mass_scale",   "joint_damping",    "hip_speed",
+      "knee_speed",       "lidar_range",    "initial_push", "obstacle_spacing", "range_noise"};
   for (const std::string id : {kPlain, kHardcore}) {
     const Registration& registration = find_registration(id);
     std::set<std::string> names;
@@ -62,7 +62,8 @@ TEST(WorldSettingsTest, AreEqualIfAllValuesAre) {
     const WorldValues values{{parameter.name, parameter.maximum}};
     EXPECT_TRUE(settings_of(values) == settings_of(values)) << parameter.name;
     EXPECT_FALSE(settings_of(values) == WorldSettings{}) << parameter.name;
-    const WorldValues others{{parameter.name, parameter.maximum / 2}};
+    const double other = parameter.is_whole ? parameter.minimum : parameter.maximum / 2;
+    const WorldValues others{{parameter.name, other}};
     if (parameter.name == "gravity") continue;  // both are 0
     EXPECT_FALSE(settings_of(values) == settings_of(others)) << parameter.name;
   }

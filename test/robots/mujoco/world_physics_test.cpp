@@ -80,11 +80,12 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
       EXPECT_LE(parameter.default_value, parameter.maximum);
       EXPECT_FALSE(parameter.is_whole);
     }
-    EXPECT_EQ(names, (std::vector<std::string>{
-                         "ground_roughness", "pit_gap", "stump_width", "stump_height",
-                         "stump_float", "stair_width", "stair_height", "stair_steps",
-                         "obstacle_spacing", "gravity", "friction_scale", "motor_strength",
-                         "mass_scale", "joint_damping", "lidar_range", "range_noise"}));
+    EXPECT_EQ(names,
+              (std::vector<std::string>{
+                  "ground_roughness", "pit_gap", "stump_width", "stump_height", "stump_float",
+                  "stair_width", "stair_height", "stair_steps", "stair_steps_vary",
+                  "obstacle_spacing", "gravity", "friction_scale", "motor_strength", "mass_scale",
+                  "joint_damping", "lidar_range", "range_noise"}));
     EXPECT_EQ(WorldModels(model).model_of(physics_of(defaults)), model)
         << id << ": the defaults are the model's own";
   }
