@@ -21,11 +21,13 @@ inline std::string engine_release(const std::string& engine_version) {
   return text.substr(0, text.find(kLibm));
 }
 
-/// Returns the VARIANT of a key, which is `kLibm` or `kLevels`; empty if the version lacks the key.
-inline std::string variant_of(const std::string& engine_version, const std::string& key) {
+/// Returns the VARIANT of a key, which is `kLibm` or `kLevels`, or `absent` if the version lacks
+/// it.
+inline std::string variant_of(const std::string& engine_version, const std::string& key,
+                              const std::string& absent = "") {
   const std::string text = engine_version.substr(0, engine_version.find(kSteppedBy));
   const std::size_t at = text.find(key);
-  if (at == std::string::npos) return "";
+  if (at == std::string::npos) return absent;
   const std::size_t begin = at + key.size();
   return text.substr(begin, text.find(", ", begin) - begin);
 }

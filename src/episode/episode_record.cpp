@@ -118,11 +118,8 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
   const std::string own_libm = variant_of(own.engine_version, kLibm);
   if (!libm.empty() && !own_libm.empty()) compare("libm", libm, own_libm);
   if (names_a_level(record.world)) {
-    const auto levels_of = [](const EpisodeRecord& each) {
-      const std::string levels = variant_of(each.engine_version, kLevels);
-      return levels.empty() ? "boxes" : levels;
-    };
-    compare("levels", levels_of(record), levels_of(own));
+    compare("levels", variant_of(record.engine_version, kLevels, "boxes"),
+            variant_of(own.engine_version, kLevels, "boxes"));
   }
   if (!specification.episodes_are_independent) {
     throw std::invalid_argument(

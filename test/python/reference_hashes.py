@@ -5,7 +5,7 @@ import pathlib
 import re
 
 from walker_sim import _core
-from walker_sim.walkers import libm_of
+from walker_sim.walkers import variant_of
 
 PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs" / "reliability.md"
 
@@ -42,5 +42,5 @@ def kernels():
 KERNELS = kernels()
 HASHES, HASHES_WITHOUT_FMA = documented()
 STEPS = min(HASHES)
-if libm_of(_core.Pool("Walker2d-v5", {}).specification["engine_version"]) == "no fma":
+if variant_of(_core.Pool("Walker2d-v5", {}).specification["engine_version"], "libm") == "no fma":
     HASHES = {steps: {**HASHES[steps], **HASHES_WITHOUT_FMA[steps]} for steps in HASHES}

@@ -40,17 +40,11 @@ def release_of(engine_version: str) -> str:
     return engine_version.partition(", stepped by ")[0].partition(", libm: ")[0]
 
 
-def libm_of(engine_version: str) -> str:
-    """Returns the variant of the C library that the engine's bits depend on; empty if none."""
-    return _variant_of(engine_version, "libm")
+def variant_of(engine_version: str, key: str) -> str:
+    """Returns the variant of what the engine's bits depend on; empty if the version lacks it.
 
-
-def levels_of(engine_version: str) -> str:
-    """Returns what the engine's levels are made of."""
-    return _variant_of(engine_version, "levels") or "boxes"
-
-
-def _variant_of(engine_version: str, key: str) -> str:
+    The keys are ``libm``, the C library, and ``levels``, what they are made of.
+    """
     text = engine_version.partition(", stepped by ")[0]
     return text.partition(f", {key}: ")[2].partition(", ")[0]
 

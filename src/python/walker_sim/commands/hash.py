@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import walker_sim
 from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.walkers import Walkers, libm_of
+from walker_sim.walkers import Walkers, variant_of
 
 RUN = 1  # increment if a change below changes a hash
 NUM_WALKERS = 16
@@ -64,7 +64,7 @@ def run(arguments: Sequence[str]) -> int:
             found = reference_hash(walkers, options.steps)
         version = walkers.specification["engine_version"]
         engine = f"{walkers.specification['engine']} {version.partition(' (')[0]}"
-        libm = libm_of(version)
+        libm = variant_of(version, "libm")
         print(f"{found}  {env_id}, {engine}{libm and f', libm: {libm}'}", flush=True)
     return 0
 

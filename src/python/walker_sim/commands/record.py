@@ -18,7 +18,7 @@ from walker_sim.commands.episodes import RecordedEpisode, Steps, play, progress
 from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
 from walker_sim.commands.policies import POLICY_HELP, make_policies
 from walker_sim.files import replace_file
-from walker_sim.walkers import Specification, Walkers, levels_of, libm_of, release_of
+from walker_sim.walkers import Specification, Walkers, release_of, variant_of
 from walker_sim.worlds import World, text_of
 
 FORMAT = 1
@@ -254,14 +254,15 @@ def _check(options: argparse.Namespace) -> int:
     here, there = map(release_of, versions)
     if here != there:
         print(f"recorded on {recorded['engine']} {there}, repeated on {here}")
-    here, there = map(libm_of, versions)
+    here, there = (variant_of(version, "libm") for version in versions)
     if here and there and here != there:
         print(
             f"recorded with libm: {there}; repeated with libm: {here}: its sin, cos and pow differ "
             "in the last bit, so episodes may differ"
         )
-    here, there = map(levels_of, versions)
-    if here != there and any(map(_has_level, worlds)):
+    here, there = (variant_of(version, "levels") or "boxes" for version in versions)
+    of_levels = ("ground_", "obstacle_", "pit_", "stump_", "stair_")
+    if here != there and any(name.startswith(of_levels) for world in worlds for name in world):
         raise common.InputError(
             f"{options.check}: recorded in levels of {there}; must be of {here}, as here"
         )
@@ -289,11 +290,6 @@ def _to_world(env_id: str, text: str) -> World:
     world = _core.parse_world(text.encode("utf-8", "surrogatepass"), "of the recording")
     _core.check_world(env_id, world)
     return world
-
-
-def _has_level(world: World) -> bool:
-    prefixes = ("ground_", "obstacle_", "pit_", "stump_", "stair_")
-    return any(name.startswith(prefixes) for name in world)
 
 
 def _episode(recorded: Mapping[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
