@@ -17,12 +17,10 @@
 // point by cdof's translation + axis x (point - com), a slide by its axis. Inputs: qpos, qvel and
 // smooth.h's results. No state.
 //
-// Each lane has its own rows. Its contacts fill the slots in order; those of the left leg, if there
-// is one, start at slot num_right in every lane. A limit or slot that a lane does not have is a row
-// of zeros in it, which adds exact zeros to every sum. A contact has four rows, normal +- friction
-// times each tangent. The second tangent is perpendicular to the plane of motion, so rows 2 and 3
-// are equal: they are computed once and counted twice. Contacts between limbs have no rows
-// (limb_contacts.h).
+// Each lane has its own rows. A limit or slot that a lane does not have is a row of zeros in it,
+// which adds exact zeros to every sum. A contact has four rows, normal +- friction times each
+// tangent. The second tangent is perpendicular to the plane of motion, so rows 2 and 3 are equal:
+// they are computed once and counted twice. Contacts between limbs have no rows (limb_contacts.h).
 #pragma once
 
 #include "robots/mujoco/kernel/kernel.h"
@@ -40,7 +38,7 @@ constexpr int kFirstLeftDof = kFirstLeftLimb + 2;
 
 /// Limits and contacts of all lanes.
 template <int W>
-struct Rows {
+struct Rows : TouchCounts {
   using V = Vector<W>;
 
   /// A joint limit and the solver's data for it.
@@ -68,11 +66,7 @@ struct Rows {
   };
 
   int num_limits = 0;
-  int num_right = 0;  ///< slots of the torso and the right leg
-  int num_slots = 0;
-  unsigned touching[kEnds];  ///< bit mask of lanes in contact, per end of a capsule
   Mask<W> has_any;
-  Mask<W> has_too_many;  ///< lanes with more contacts than slots
   Limit limits[kLimits];
   Slot slots[kMaxSlots];
 
@@ -233,28 +227,28 @@ WALKER_SIM_INLINE inline void make_slot(const Smooth<Vector<W>>& smooth, const T
 }
 
 /// @param lines of the lanes' grounds; null: no lane has a level
+/// @return lanes with more contacts than slots
 template <int W>
-__attribute__((noinline)) void make_rows(const Smooth<Vector<W>>& smooth,
-                                         const ModelValues<Vector<W>>& values,
-                                         const GroundLine* const* lines, const Vector<W>* qpos,
-                                         const Vector<W>* qvel, Rows<W>& rows) {
+__attribute__((noinline)) Mask<W> make_rows(const Smooth<Vector<W>>& smooth,
+                                            const ModelValues<Vector<W>>& values,
+                                            const GroundLine* const* lines, const Vector<W>* qpos,
+                                            const Vector<W>* qvel, Rows<W>& rows) {
   rows.num_limits = 0;
   rows.has_any = Mask<W>::none();
   find_limits(values, qpos, qvel, rows);
   Touches<W> touches;
+  Mask<W> has_too_many = Mask<W>::none();
   if (lines == nullptr) {
     touch_floor(smooth, values, touches);
   } else {
-    touch_lines(smooth, values, lines, touches);
+    has_too_many = touch_lines(smooth, values, lines, touches);
   }
-  rows.num_right = touches.num_right;
-  rows.num_slots = touches.num_slots;
-  rows.has_too_many = touches.has_too_many;
-  for (int end = 0; end < kEnds; ++end) rows.touching[end] = touches.touching[end];
+  static_cast<TouchCounts&>(rows) = touches;
   const Touch<W>* touch = touches.slots;
   rows.for_each_slot([&](auto side, typename Rows<W>::Slot& slot) WALKER_SIM_INLINE {
     make_slot<side>(smooth, *touch++, qvel, slot, rows.has_any);
   });
+  return has_too_many;
 }
 
 /// Returns a key of a lane's contacts and limits. Lanes with equal keys are fastest together.

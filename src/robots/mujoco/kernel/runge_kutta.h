@@ -69,9 +69,10 @@ class Forward {
       }
     }
     for (int g = 0; g < count; ++g) {
-      const GroundLine* const* const lines = groups[g].has_lines ? groups[g].lines : nullptr;
-      make_rows(smooth_[g], groups[g].values, lines, qpos[g], qvel[g], rows_[g]);
-      groups[g].flagged = groups[g].flagged | rows_[g].has_too_many;
+      Group<W>& group = groups[g];
+      group.flagged = group.flagged | make_rows(smooth_[g], group.values,
+                                                group.has_lines ? group.lines : nullptr, qpos[g],
+                                                qvel[g], rows_[g]);
     }
     for (int g = 0; g < count; ++g) {
       Group<W>& group = groups[g];

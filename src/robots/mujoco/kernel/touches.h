@@ -63,41 +63,50 @@ struct Touch {
   }
 };
 
-/// The contacts of all lanes. Each lane's fill the slots in order; those of the left leg, if there
-/// is one, start at slot num_right in every lane.
-template <int W>
-struct Touches {
+/// Slots of all lanes' contacts. Each lane's fill the slots in order; those of the left leg, if
+/// there is one, start at slot num_right in every lane.
+struct TouchCounts {
   int num_right = 0;  ///< slots of the torso and the right leg
   int num_slots = 0;
-  unsigned touching[kEnds] = {};           ///< bit mask of lanes in contact, per end of a capsule
-  Mask<W> has_too_many = Mask<W>::none();  ///< lanes with more contacts than slots
+  unsigned touching[kEnds] = {};  ///< bit mask of lanes in contact, per end of a capsule
+};
+
+template <int W>
+struct Touches : TouchCounts {
   Touch<W> slots[kMaxSlots];
   int count[W] = {};
 
-  /// Must be called for each limb, before its contacts are added.
+  /// Must be called before the contacts of each limb are added, and for kLimbs behind the last.
   WALKER_SIM_INLINE void begin(int limb) {
     if (limb != kFirstLeftLimb) return;
     num_right = num_slots;
     for (int& slots_of_lane : count) slots_of_lane = num_slots;
   }
 
-  WALKER_SIM_INLINE void end() {
-    if constexpr (!kHasLeftLeg) num_right = num_slots;
-  }
-
-  /// Returns the next slot of a lane; null if it has no more.
-  WALKER_SIM_INLINE Touch<W>* add(const ModelValues<Vector<W>>& values, int limb, int lane) {
-    if (count[lane] == kMaxSlots) return nullptr;
+  /// Adds a contact of a lane's limb. @return whether there is room
+  WALKER_SIM_INLINE bool add(const Smooth<Vector<W>>& smooth, const ModelValues<Vector<W>>& values,
+                             int limb, int lane, const LimbContact& contact) {
+    if (contact.share == 0) touching[2 * limb] |= 1U << lane;
+    if (contact.share == 1) touching[2 * limb + 1] |= 1U << lane;
+    if (count[lane] == kMaxSlots) return false;
     const int slot = count[lane]++;
     Touch<W>& touch = slots[slot];
     if (slot == num_slots) {
       ++num_slots;
       touch.clear();
     }
+    const bool is_level = contact.normal_x == 0;
+    touch.distance.set(lane, contact.distance);
+    touch.x.set(lane, contact.x);
+    touch.z.set(lane, contact.z);
+    touch.normal_x.set(lane, contact.normal_x);
+    touch.normal_z.set(lane, contact.normal_z);
+    touch.tangent_x.set(lane, is_level ? smooth.axis_x[limb][lane] : contact.normal_z);
+    touch.tangent_z.set(lane, is_level ? 0 : -contact.normal_x);
     touch.friction.set(lane, values.friction[limb][lane]);
     touch.diagonal.set(lane, values.diagonal[limb][lane]);
     for (int dof = 0; dof < model::nv; ++dof) touch.moves[dof].set(lane, kMoves.limb[limb][dof]);
-    return &touch;
+    return true;
   }
 };
 
@@ -116,6 +125,7 @@ WALKER_SIM_INLINE inline void touch_floor(const Smooth<Vector<W>>& smooth,
                                           const ModelValues<Vector<W>>& values,
                                           Touches<W>& touches) {
   using V = Vector<W>;
+  unsigned touching[kEnds];
   unsigned any_touching = 0;
   unrolled<kLimbs>([&](auto limb) WALKER_SIM_INLINE {
     constexpr double reach = Contacts::kMargin + model::geom_rbound[limb + 1];
@@ -128,86 +138,63 @@ WALKER_SIM_INLINE inline void touch_floor(const Smooth<Vector<W>>& smooth,
         is_below =
             is_below & ~(smooth.end_z[end] > V(Contacts::kMargin + model::geom_size[limb + 1][0]));
       }
-      touches.touching[end] = to_bits(~is_far & is_below);
-      any_touching |= touches.touching[end];
+      touching[end] = to_bits(~is_far & is_below);
+      any_touching |= touching[end];
     });
   });
   if (any_touching == 0) return;
   for (int end = 0; end < kEnds; ++end) {
     const int limb = end / 2;
     if (end % 2 == 0) touches.begin(limb);
-    for (unsigned lanes = touches.touching[end]; lanes != 0; lanes &= lanes - 1) {
+    for (unsigned lanes = touching[end]; lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(lanes);
-      Touch<W>& touch = *touches.add(values, limb, lane);
-      touch.x.set(lane, smooth.end_x[end][lane]);
-      touch.z.set(lane, smooth.end_z[end][lane]);
-      touch.distance.set(lane, model::geom_size[limb + 1][0]);
-      touch.tangent_x.set(lane, smooth.axis_x[limb][lane]);
+      const double radius = model::geom_size[limb + 1][0];
+      const double z = smooth.end_z[end][lane];
+      const double distance = z - radius;
+      touches.add(smooth, values, limb, lane,
+                  {distance, static_cast<double>(end % 2), smooth.end_x[end][lane],
+                   z + (-distance / 2 - radius), 0, 1});
     }
   }
-  touches.end();
+  touches.begin(kLimbs);
   for (int slot = 0; slot < touches.num_slots; ++slot) {
-    Touch<W>& touch = touches.slots[slot];
-    const V radius = touch.distance;
-    touch.distance = touch.z - radius;
-    touch.z = touch.z + (-touch.distance / V(2.0) - radius);
-    normalize(touch.tangent_x, touch.tangent_z);
+    normalize(touches.slots[slot].tangent_x, touches.slots[slot].tangent_z);
   }
-}
-
-/// Adds the contacts of a lane's limb with the line. @return whether there is room for all
-template <int W>
-inline bool touch_line(const Smooth<Vector<W>>& smooth, const ModelValues<Vector<W>>& values,
-                       const GroundLine& line, int limb, int lane, Touches<W>& touches) {
-  const int first = 2 * limb;
-  LimbContact found[kMaxLimbContacts];
-  const int count = find_contacts(line,
-                                  {{smooth.end_x[first][lane], smooth.end_x[first + 1][lane]},
-                                   {smooth.end_z[first][lane], smooth.end_z[first + 1][lane]},
-                                   smooth.centre_z[limb][lane],
-                                   model::geom_size[limb + 1][0],
-                                   model::geom_rbound[limb + 1]},
-                                  Contacts::kMargin, found);
-  for (int i = 0; i < count; ++i) {
-    const LimbContact& each = found[i];
-    if (!(each.distance < Contacts::kMargin)) continue;
-    if (each.share == 0) touches.touching[first] |= 1U << lane;
-    if (each.share == 1) touches.touching[first + 1] |= 1U << lane;
-    Touch<W>* const touch = touches.add(values, limb, lane);
-    if (touch == nullptr) return false;
-    const bool is_level = each.normal_x == 0;
-    touch->distance.set(lane, each.distance);
-    touch->x.set(lane, each.x);
-    touch->z.set(lane, each.z);
-    touch->normal_x.set(lane, each.normal_x);
-    touch->normal_z.set(lane, each.normal_z);
-    touch->tangent_x.set(lane, is_level ? smooth.axis_x[limb][lane] : each.normal_z);
-    touch->tangent_z.set(lane, is_level ? 0 : -each.normal_x);
-  }
-  return true;
 }
 
 /// mj_collision with the lines of levels, lane by lane; a lane without a level is on the floor.
+/// @return lanes with more contacts than slots
 template <int W>
-__attribute__((noinline)) void touch_lines(const Smooth<Vector<W>>& smooth,
-                                           const ModelValues<Vector<W>>& values,
-                                           const GroundLine* const* lines, Touches<W>& touches) {
+__attribute__((noinline)) Mask<W> touch_lines(const Smooth<Vector<W>>& smooth,
+                                              const ModelValues<Vector<W>>& values,
+                                              const GroundLine* const* lines, Touches<W>& touches) {
   using V = Vector<W>;
   V top = 0.0;
   for (int lane = 0; lane < W; ++lane) top.set(lane, top_around(*lines[lane], smooth.com_x[lane]));
   V is_full = 0.0;
   for (int limb = 0; limb < kLimbs; ++limb) {
     touches.begin(limb);
-    const V limit = top + V(model::geom_size[limb + 1][0] + Contacts::kMargin);
-    const Mask<W> may_touch =
-        ~(smooth.end_z[2 * limb] > limit) | ~(smooth.end_z[2 * limb + 1] > limit);
+    const int first = 2 * limb;
+    const double radius = model::geom_size[limb + 1][0];
+    const V limit = top + V(radius + Contacts::kMargin);
+    const Mask<W> may_touch = ~(smooth.end_z[first] > limit) | ~(smooth.end_z[first + 1] > limit);
     for (unsigned lanes = to_bits(may_touch); lanes != 0; lanes &= lanes - 1) {
       const int lane = __builtin_ctz(lanes);
-      if (!touch_line(smooth, values, *lines[lane], limb, lane, touches)) is_full.set(lane, 1.0);
+      LimbContact found[kMaxLimbContacts];
+      const int count = find_contacts(*lines[lane],
+                                      {{smooth.end_x[first][lane], smooth.end_x[first + 1][lane]},
+                                       {smooth.end_z[first][lane], smooth.end_z[first + 1][lane]},
+                                       smooth.centre_z[limb][lane],
+                                       radius,
+                                       model::geom_rbound[limb + 1]},
+                                      Contacts::kMargin, found);
+      for (const LimbContact* each = found; each != found + count; ++each) {
+        if (!(each->distance < Contacts::kMargin)) continue;
+        if (!touches.add(smooth, values, limb, lane, *each)) is_full.set(lane, 1.0);
+      }
     }
   }
-  touches.end();
-  touches.has_too_many = V(0.5) < is_full;
+  touches.begin(kLimbs);
   for (int slot = 0; slot < touches.num_slots; ++slot) {  // mju_makeFrame
     Touch<W>& touch = touches.slots[slot];
     normalize(touch.normal_x, touch.normal_z);
@@ -216,6 +203,7 @@ __attribute__((noinline)) void touch_lines(const Smooth<Vector<W>>& smooth,
     touch.tangent_z -= touch.normal_z * along;
     normalize(touch.tangent_x, touch.tangent_z);
   }
+  return V(0.5) < is_full;
 }
 
 }  // namespace WALKER_SIM_INSTRUCTION_SET
