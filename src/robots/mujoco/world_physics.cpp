@@ -17,8 +17,11 @@ struct AlteredModel {
   explicit AlteredModel(ModelPointer other) : base(std::move(other)), model(*base) {}
 
   /// Replaces an array of `model` with the given numbers.
-  void replace(mjtNum*& array, const mjtNum* numbers, int size) {
-    array = arrays.emplace_back(numbers, numbers + size).data();
+  template <typename Number>
+  void replace(Number*& array, const Number* numbers, int size) {
+    const auto copy = std::make_shared<std::vector<Number>>(numbers, numbers + size);
+    array = copy->data();
+    arrays.push_back(copy);
   }
 
   void scale(mjtNum*& array, int size, double factor) {
@@ -28,8 +31,7 @@ struct AlteredModel {
 
   ModelPointer base;
   mjModel model;
-  std::vector<std::vector<mjtNum>> arrays;  // replacements
-  std::vector<mjtByte> frames;              // replacement of geom_sameframe
+  std::vector<std::shared_ptr<void>> arrays;  // replacements
 };
 
 /// Raises the floor, and gives mjData room for contacts with corners.
@@ -41,9 +43,8 @@ void prepare_for_level(AlteredModel& altered) {
   const int floor = floor_of(model);
   altered.replace(model.geom_pos, model.geom_pos, 3 * model.ngeom);
   at(model.geom_pos, floor, 3)[2] += kHigh;
-  altered.frames.assign(model.geom_sameframe, model.geom_sameframe + model.ngeom);
-  altered.frames[static_cast<std::size_t>(floor)] = 0;
-  model.geom_sameframe = altered.frames.data();
+  altered.replace(model.geom_sameframe, model.geom_sameframe, model.ngeom);
+  model.geom_sameframe[floor] = 0;
   int dim = *std::max_element(model.geom_condim, model.geom_condim + model.ngeom);
   for (int pair = 0; pair < model.npair; ++pair) dim = std::max(dim, model.pair_dim[pair]);
   const int more_rows = kMoreContacts * std::max(2 * (dim - 1), 1);
