@@ -15,21 +15,11 @@ class ContactFinder {
  public:
   ContactFinder(const GroundLine& line, const GroundLimb& limb, double margin,
                 LimbContact* contacts)
-      : line_(line),
-        limb_(limb),
-        margin_(margin),
-        reach_(margin + limb.radius),
-        ends_{Point{limb.end_x[0], limb.end_z[0]}, {limb.end_x[1], limb.end_z[1]}},
-        axis_(ends_[0] - ends_[1]),
-        square_length_(dot(axis_, axis_)),
-        contacts_(contacts),
-        near_(line.between(std::min(ends_[0].x, ends_[1].x) - reach_,
-                           std::max(ends_[0].x, ends_[1].x) + reach_)) {}
+      : line_(line), limb_(limb), margin_(margin), contacts_(contacts) {}
 
   int run() {
-    double top = -std::numeric_limits<double>::infinity();
-    for (const GroundPiece& piece : near_) top = std::max({top, piece.from.y, piece.to.y});
-    if (limb_.centre_z - top > margin_ + limb_.bound) return 0;  // as the engine tests a plane
+    // As the engine tests a plane.
+    if (limb_.centre_z - near_.top() > margin_ + limb_.bound) return 0;
     touch_with_end(0);
     if (square_length_ == 0) return count_;
     touch_with_end(1);
@@ -49,12 +39,10 @@ class ContactFinder {
     const Point& end = ends_[index];
     const auto share = static_cast<double>(index);
     const Point inwards = ends_[1 - index] - end;
-    const int count_before = count_;
-    int depth = 0;
+    if (near_.has_inside(end)) return leave(end, share);
     for (const GroundPiece& piece : near_) {
       const Point way = end - piece.from;
       const double height = dot(way, piece.normal());
-      depth += piece.depth_below(end.x, height);
       if (dot(way, piece.along) < 0) {
         // The side is nearer to the corner than the end if the corner is beside the axis.
         if (dot(way, piece.before) < 0 || dot(way, inwards) < 0) continue;
@@ -64,23 +52,14 @@ class ContactFinder {
         add(height, share, end, piece.normal());
       }
     }
-    if (depth == 0) return;
-    count_ = count_before;
-    leave(end, share);
   }
 
   /// Adds the contact of an end that is in the ground.
   void leave(const Point& end, double share) {
-    double depth = std::numeric_limits<double>::infinity();
-    for (const GroundPiece& piece : near_) {
-      if (!piece.spans(end.x) || piece.along.x <= 0) continue;
-      const Point normal = piece.normal();
-      const double height = dot(end - piece.from, normal);
-      if (height < 0) depth = std::min(depth, -height / normal.y);
-    }
+    const double max_depth = top_around(line_, end.x) - end.y;
     double nearest = std::numeric_limits<double>::infinity();
     Point way_out{};
-    for (const GroundPiece& piece : line_.between(end.x - depth, end.x + depth)) {
+    for (const GroundPiece& piece : line_.between(end.x - max_depth, end.x + max_depth)) {
       const Point way = end - piece.from;
       if (dot(way, piece.along) < 0) {
         const double distance = std::sqrt(dot(way, way));
@@ -114,10 +93,9 @@ class ContactFinder {
       const Point normal{side * across.x, side * across.y};
       if (dot(normal, piece.before) < -kLean || dot(normal, piece.along) > kLean) continue;
       const double distance = dot(ends_[1] - corner, normal);
-      if (distance > reach_) continue;
       const double part = along_axis / square_length_;
       const Point on_axis = moved(ends_[1], axis_, part);
-      if (distance < 0 && !near_.has_inside(on_axis)) continue;
+      if (distance > reach_ || (distance < 0 && !near_.has_inside(on_axis))) continue;
       add(distance, 1 - part, on_axis, normal);
     }
   }
@@ -125,13 +103,14 @@ class ContactFinder {
   const GroundLine& line_;
   const GroundLimb& limb_;
   double margin_;
-  double reach_;  // distance of an axis that touches [m]
-  std::array<Point, 2> ends_;
-  Point axis_;  // from the second end to the first
-  double square_length_;
   LimbContact* contacts_;
-  GroundLine::Range near_;
   int count_ = 0;
+  double reach_ = margin_ + limb_.radius;  // distance of an axis that touches [m]
+  std::array<Point, 2> ends_{{{limb_.end_x[0], limb_.end_z[0]}, {limb_.end_x[1], limb_.end_z[1]}}};
+  Point axis_ = ends_[0] - ends_[1];  // from the second end to the first
+  double square_length_ = dot(axis_, axis_);
+  GroundLine::Range near_ = line_.between(std::min(ends_[0].x, ends_[1].x) - reach_,
+                                          std::max(ends_[0].x, ends_[1].x) + reach_);
 };
 
 }  // namespace

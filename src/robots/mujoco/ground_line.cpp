@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "robots/mujoco/ground_contact.h"
 
 namespace walker::mujoco {
 namespace {
@@ -18,17 +21,26 @@ GroundLine::GroundLine(std::vector<Point> points, std::vector<std::vector<Point>
   points.insert(points.begin(), {first_ - kFarEnd, points.front().y});
   points.push_back({end + kFarEnd, points.back().y});
   pieces_.reserve(points.size() + 4 * outlines.size());
-  add(points, false);
-  for (std::vector<Point>& outline : outlines) add(outline, true);
+  add(std::move(points), false);
+  for (std::vector<Point>& outline : outlines) add(std::move(outline), true);
   const auto by_left = [](const GroundPiece& a, const GroundPiece& b) {
     return a.left() < b.left();
   };
   if (!outlines.empty()) std::stable_sort(pieces_.begin(), pieces_.end(), by_left);
-  make_index(end);
+  const auto count = static_cast<std::size_t>(std::ceil((end - first_) / kCell)) + 1;
+  in_cells_.reserve(count);
+  const GroundPiece* piece = pieces_.data();
+  for (std::size_t cell = 0; cell < count; ++cell) {
+    const double left = first_ + static_cast<double>(cell) * kCell;
+    while (piece->right() < left) ++piece;
+    in_cells_.push_back(static_cast<std::int32_t>(piece - pieces_.data()));
+    if (cell % kCellsPerTop != 0) continue;
+    const double right = left + kCellsPerTop * kCell;
+    tops_.push_back(between(left - kReach - kCell, right + kReach + kCell).top());
+  }
 }
 
-/// @param corners loses those at which the line is straight and level
-void GroundLine::add(std::vector<Point>& corners, bool is_closed) {
+void GroundLine::add(std::vector<Point> corners, bool is_closed) {
   std::size_t size = 0;
   for (const Point point : corners) {
     if (size > 0 && corners[size - 1].x == point.x && corners[size - 1].y == point.y) continue;
@@ -49,52 +61,24 @@ void GroundLine::add(std::vector<Point>& corners, bool is_closed) {
   if (is_closed) pieces_[first].before = pieces_.back().along;
 }
 
-void GroundLine::make_index(double end) {
-  const auto count = static_cast<std::size_t>(std::ceil((end - first_) / kCell)) + 1;
-  in_cells_.reserve(count);
-  for (std::size_t cell = 0; cell < count; ++cell) {
-    const double left = first_ + static_cast<double>(cell) * kCell;
-    const auto piece =
-        std::find_if(pieces_.begin() + (in_cells_.empty() ? 0 : in_cells_.back()), pieces_.end(),
-                     [left](const GroundPiece& each) { return each.right() >= left; });
-    in_cells_.push_back(static_cast<std::int32_t>(piece - pieces_.begin()));
-  }
-  for (std::size_t cell = 0; cell < count; cell += kCellsPerTop) {
-    const double left = first_ + static_cast<double>(cell) * kCell;
-    double top = -std::numeric_limits<double>::infinity();
-    const double right = left + kCellsPerTop * kCell;
-    for (const GroundPiece& piece : between(left - kReach - kCell, right + kReach + kCell)) {
-      top = std::max({top, piece.from.y, piece.to.y});
-    }
-    tops_.push_back(top);
-  }
-}
-
 std::size_t GroundLine::cell_of(double x) const {
   const double cell = (x - first_) * (1 / kCell);
   const auto last = static_cast<double>(in_cells_.size() - 1);
   return cell > 0 ? static_cast<std::size_t>(std::min(cell, last)) : 0;
 }
 
-double GroundLine::top_around(double x) const { return tops_[cell_of(x) / kCellsPerTop]; }
+double top_around(const GroundLine& line, double x) {
+  return line.tops_[line.cell_of(x) / kCellsPerTop];
+}
 
 GroundLine::Range GroundLine::between(double left, double right) const {
   const GroundPiece* const end = pieces_.data() + pieces_.size();
-  // A cell further left, against rounding; the first one also has all that is left of it.
-  const std::size_t cell = cell_of(left - kCell);
-  const GroundPiece* first = pieces_.data() + (cell == 0 ? 0 : in_cells_[cell]);
+  // A cell further left, against rounding.
+  const GroundPiece* first = pieces_.data() + in_cells_[cell_of(left - kCell)];
   while (first != end && first->right() < left) ++first;
   const GroundPiece* last = first;
   while (last != end && last->left() <= right) ++last;
   return {first, last};
-}
-
-bool GroundLine::Range::has_inside(const Point& point) const {
-  int depth = 0;
-  for (const GroundPiece& piece : *this) {
-    depth += piece.depth_below(point.x, dot(point - piece.from, piece.normal()));
-  }
-  return depth != 0;
 }
 
 double GroundLine::cast(const Point& origin, const Point& direction, double range) const {
@@ -106,11 +90,10 @@ double GroundLine::cast(const Point& origin, const Point& direction, double rang
     const double speed = dot(direction, normal);
     if (!(speed < 0)) continue;
     const double distance = -dot(origin - piece.from, normal) / speed;
-    if (!(0 <= distance && distance <= range && distance < nearest)) continue;
     const Point hit = moved(origin, direction, distance);
     const bool is_on_piece = dot(hit - piece.from, piece.along) >= -kTolerance &&
                              dot(hit - piece.to, piece.along) <= kTolerance;
-    if (is_on_piece) nearest = distance;
+    if (0 <= distance && distance <= range && is_on_piece) nearest = std::min(nearest, distance);
   }
   return nearest;
 }

@@ -1,6 +1,7 @@
 // The surface of a ground in the plane of motion, as lines.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -34,23 +35,12 @@ struct GroundPiece {
 
   /// Whether x is beside the piece, of which neighbours never share a point.
   bool spans(double x) const { return left() <= x && x < right(); }
-
-  /// Returns 1 for a point below the piece, -1 below a lower side, else 0. Their sum over all
-  /// pieces is 1 in the ground and 0 outside.
-  /// @param height of the point above the piece, along its normal
-  int depth_below(double x, double height) const {
-    const bool is_upper = along.x > 0;
-    if (!spans(x) || (is_upper ? height >= 0 : height <= 0)) return 0;
-    return is_upper ? 1 : -1;
-  }
 };
 
 /// A line from left to right, below which all is earth, and outlines of what hangs above it.
 /// Points are (x, z) in the world [m].
 class GroundLine {
  public:
-  GroundLine() = default;  ///< to be assigned
-
   /// @param points   of the line, of which none is left of the one before it. The line continues
   ///                 level at both ends.
   /// @param outlines polygons, clockwise
@@ -68,14 +58,26 @@ class GroundLine {
     const GroundPiece* begin() const { return first; }
     const GroundPiece* end() const { return last; }
 
-    /// Whether a point between these x is in the earth or in what hangs above it.
-    bool has_inside(const Point& point) const;
+    /// Largest height of their ends [m].
+    double top() const {
+      double top = -std::numeric_limits<double>::infinity();
+      for (const GroundPiece& piece : *this) top = std::max({top, piece.from.y, piece.to.y});
+      return top;
+    }
+
+    /// Whether a point between these x is in the earth or in what hangs above it: an odd number of
+    /// pieces is above such a point.
+    bool has_inside(const Point& point) const {
+      bool is_inside = false;
+      for (const GroundPiece& piece : *this) {
+        if (!piece.spans(point.x)) continue;
+        const double height = dot(point - piece.from, piece.normal());
+        is_inside ^= piece.along.x > 0 ? height < 0 : height > 0;
+      }
+      return is_inside;
+    }
   };
   Range between(double left, double right) const;
-
-  /// Returns an upper bound of the heights within 2 m of x, which no robot's limb is farther than
-  /// from its centre of mass [m].
-  double top_around(double x) const;
 
   /// Returns the distance to the surface along a ray that comes from outside; +infinity: it is not
   /// within the range.
@@ -83,8 +85,8 @@ class GroundLine {
   double cast(const Point& origin, const Point& direction, double range) const;
 
  private:
-  void add(std::vector<Point>& corners, bool is_closed);
-  void make_index(double end);
+  friend double top_around(const GroundLine& line, double x);
+  void add(std::vector<Point> corners, bool is_closed);
   std::size_t cell_of(double x) const;
 
   std::vector<GroundPiece> pieces_;

@@ -18,8 +18,25 @@ std::vector<Point> shifted(std::vector<Point> points, const Point& way) {
   return points;
 }
 
-double height_at(const Point& from, const Point& to, double x) {
-  return from.y + (x - from.x) / (to.x - from.x) * (to.y - from.y);
+/// Draws a ground, whose x are distances from the robot's place. The generator ends after its last
+/// column, also in an obstacle, which then is left out.
+Ground ground_from_start(Generator& generator, const Level& level) {
+  Ground ground = draw_ground(generator, kGroundSize, false, level);
+  for (Point& point : ground.points) point.x -= kStart;
+  for (auto& corners : ground.obstacles) {
+    for (Point& point : corners) point.x -= kStart;
+  }
+  for (Obstacle& obstacle : ground.of_level) {
+    obstacle.left -= kStart;
+    obstacle.right -= kStart;
+  }
+  if (ground.of_level.empty()) return ground;
+  const Obstacle last = ground.of_level.back();
+  if (last.right <= ground.points.back().x) return ground;
+  ground.of_level.pop_back();
+  ground.obstacles.resize(last.first_box);
+  while (ground.points.back().x > last.left + kTolerance) ground.points.pop_back();
+  return ground;
 }
 
 }  // namespace
@@ -49,162 +66,104 @@ std::vector<WorldParameter> level_parameters() {
                "otherwise 5 to 9 are drawn; up to two columns longer."});
 }
 
-void check_level(const World& world) { walker::check_level(world, kGroundSize, false, ""); }
-
 LevelGround::LevelGround(Generator& generator, const Level& level, const Point& origin)
-    : origin_(origin), ground_(draw_ground(generator, kGroundSize, false, level)) {
-  ground_.points = shifted(std::move(ground_.points), {-kStart, 0});
-  for (auto& corners : ground_.obstacles) {
-    for (Point& point : corners) point.x -= kStart;
-  }
-  for (Obstacle& obstacle : ground_.of_level) {
-    obstacle.left -= kStart;
-    obstacle.right -= kStart;
-  }
-  cut_last_obstacle();
-  make_lines();
-}
+    : origin_(origin), ground_(ground_from_start(generator, level)), line_(join()) {}
 
-/// The generator ends after its last column, also in a pit.
-void LevelGround::cut_last_obstacle() {
-  if (ground_.of_level.empty()) return;
-  const Obstacle last = ground_.of_level.back();
-  if (last.right <= ground_.points.back().x) return;
-  ground_.of_level.pop_back();
-  ground_.obstacles.resize(last.first_box);
-  while (ground_.points.back().x > last.left + kTolerance) ground_.points.pop_back();
-}
-
-/// Joins the ground's points and the obstacles' outlines to the lines on which limbs stand and
-/// walk.
-void LevelGround::make_lines() {
-  std::vector<Point> line;
-  line.reserve(2 * ground_.points.size());
-  walkway_.reserve(2 * ground_.points.size());
+/// Joins the ground's points and the obstacles' outlines: sets `surface_` and returns `line_`.
+GroundLine LevelGround::join() {
+  surface_.reserve(2 * ground_.points.size());
   std::vector<std::vector<Point>> floating;
   auto point = ground_.points.begin();
   const auto end = ground_.points.end();
   for (const Obstacle& obstacle : ground_.of_level) {
-    const auto& first_box = ground_.obstacles[obstacle.first_box];
-    const bool floats = obstacle.kind == ObstacleKind::stump && first_box[0].y > obstacle.ground;
-    if (obstacle.kind == ObstacleKind::stump) {
-      stumps_.push_back({obstacle.left, obstacle.right, first_box[2].y});
-    }
-    if (floats) {
-      const auto& [left_bottom, right_bottom, right_top, left_top] = first_box;
-      floating.push_back({left_bottom, left_top, right_top, right_bottom});
+    const auto& [left_bottom, right_bottom, right_top, left_top] =
+        ground_.obstacles[obstacle.first_box];
+    if (obstacle.kind == ObstacleKind::stump && left_bottom.y > obstacle.ground) {
+      floating.push_back(shifted({left_bottom, left_top, right_top, right_bottom}, origin_));
       continue;
     }
-    for (; point->x < obstacle.left - kTolerance; ++point) add(*point, line);
+    while (point->x < obstacle.left - kTolerance) surface_.push_back(*point++);
     while (point->x < obstacle.right - kTolerance) ++point;
     const double height_behind = point->y;
     while (point != end && point->x <= obstacle.right + kTolerance) ++point;
-    add_obstacle(obstacle, height_behind, line);
+    surface_.push_back({obstacle.left, obstacle.ground});
+    add_outline(obstacle);
+    surface_.push_back({obstacle.right, height_behind});
   }
-  for (; point != end; ++point) add(*point, line);
-  for (std::vector<Point>& outline : floating) outline = shifted(std::move(outline), origin_);
-  line_ = GroundLine(shifted(std::move(line), origin_), std::move(floating));
+  surface_.insert(surface_.end(), point, end);
+  return GroundLine(shifted(surface_, origin_), std::move(floating));
 }
 
-void LevelGround::add(const Point& point, std::vector<Point>& line) {
-  line.push_back(point);
-  walkway_.push_back(point);
-}
-
-/// @param height_behind of the ground at the obstacle's right end [m]
-void LevelGround::add_obstacle(const Obstacle& obstacle, double height_behind,
-                               std::vector<Point>& line) {
-  const double left = obstacle.left;
-  const double right = obstacle.right;
-  const double ground = obstacle.ground;
-  add({left, ground}, line);
-  if (obstacle.kind == ObstacleKind::stump) {
-    const double top = stumps_.back().top;
-    line.insert(line.end(), {{left, top}, {right, top}});
-  } else if (obstacle.kind == ObstacleKind::stairs) {
-    for (std::size_t i = 1; i < obstacle.num_boxes; ++i) {
-      const Point& edge = ground_.obstacles[obstacle.first_box + i][3];
-      add({edge.x, walkway_.back().y}, line);
-      add(edge, line);
+/// Adds the points between an obstacle's ends.
+void LevelGround::add_outline(const Obstacle& obstacle) {
+  const auto [kind, left, right, ground, first_box, num_boxes] = obstacle;
+  if (kind == ObstacleKind::stump) {
+    surface_.insert(surface_.end(), {{left, top_of(obstacle)}, {right, top_of(obstacle)}});
+  } else if (kind == ObstacleKind::stairs) {
+    for (std::size_t i = 1; i < num_boxes; ++i) {
+      const Point& edge = ground_.obstacles[first_box + i][3];
+      surface_.push_back({edge.x, surface_.back().y});
+      surface_.push_back(edge);
     }
-    add({right, walkway_.back().y}, line);
+    surface_.push_back({right, surface_.back().y});
   } else if (right - left > 2 * kColumn + kTolerance) {
     const double bottom = ground - kPitDepth * kColumn;
-    line.insert(line.end(), {{left + kColumn, ground},
-                             {left + kColumn, bottom},
-                             {right - kColumn, bottom},
-                             {right - kColumn, ground}});
+    surface_.insert(surface_.end(), {{left + kColumn, ground},
+                                     {left + kColumn, bottom},
+                                     {right - kColumn, bottom},
+                                     {right - kColumn, ground}});
   }
-  add({right, height_behind}, line);
 }
 
 GroundBelow LevelGround::below(double x) const {
+  const auto next =
+      std::upper_bound(ground_.of_level.begin(), ground_.of_level.end(), x,
+                       [](double value, const Obstacle& each) { return value < each.left; });
+  if (next != ground_.of_level.begin() && x <= next[-1].right) {
+    const Obstacle& obstacle = next[-1];
+    if (obstacle.kind == ObstacleKind::pit) return {obstacle.ground, obstacle.ground};
+    if (obstacle.kind == ObstacleKind::stump) return {obstacle.ground, top_of(obstacle)};
+  }
   const auto behind =
-      std::upper_bound(walkway_.begin(), walkway_.end(), x,
+      std::upper_bound(surface_.begin(), surface_.end(), x,
                        [](double value, const Point& each) { return value < each.x; });
-  GroundBelow below;
-  if (behind == walkway_.begin()) {
-    below.ground = walkway_.front().y;
-  } else if (behind == walkway_.end()) {
-    below.ground = walkway_.back().y;
-  } else {
-    below.ground = height_at(behind[-1], *behind, x);
-  }
-  below.top = below.ground;
-  const auto stump =
-      std::upper_bound(stumps_.begin(), stumps_.end(), x,
-                       [](double value, const Top& each) { return value < each.left; });
-  if (stump != stumps_.begin() && x <= stump[-1].right) {
-    below.top = std::max(below.top, stump[-1].top);
-  }
-  return below;
+  const Point& from = behind == surface_.begin() ? *behind : behind[-1];
+  const Point& to = behind == surface_.end() ? from : *behind;
+  const double share = from.x < to.x ? (x - from.x) / (to.x - from.x) : 0;
+  const double ground = from.y + share * (to.y - from.y);
+  return {ground, ground};
 }
 
 void LevelGround::describe(Scene& scene) const {
-  constexpr std::array<Color, 2> kSurface{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
   constexpr Color kEarth{0.46, 0.50, 0.50, 1};
   constexpr Color kObstacle{0.93, 0.86, 0.72, 1};
-  constexpr double kDepth = 1;             // of the earth below the lowest ground [m]
-  constexpr double kShown = 20;            // length of the level ground at both ends, in tiles [m]
-  constexpr double kTile = 2.5 * kColumn;  // of level ground [m]
+  constexpr double kDepth = 1;   // of the earth below the lowest ground [m]
+  constexpr double kShown = 20;  // length of the level ground at both ends, in tiles [m]
   scene = {};
-  const std::vector<Point> ground = shifted(ground_.points, origin_);
+  std::vector<Point> ground = shifted(ground_.points, origin_);
   const auto by_height = [](const Point& a, const Point& b) { return a.y < b.y; };
-  const double lowest = std::min_element(ground.begin(), ground.end(), by_height)->y;
-  const double bottom = lowest - kDepth;
-  const auto add = [&](const Point& from, const Point& to, std::size_t tone) {
-    scene.ground.push_back(
-        {{{from.x, from.y}, {to.x, to.y}, {to.x, bottom}, {from.x, bottom}}, kEarth});
-    scene.surface_colors.push_back(kSurface[tone % 2]);
-  };
-  const auto tone_at = [](double at) {
-    return static_cast<std::size_t>(std::llround(std::floor(at / kTile))) % 2;
-  };
-  const auto add_tiles = [&](Point from, const Point& to) {
-    while (from.x < to.x - kTolerance) {
-      const Point end{std::min(to.x, kTile * (std::floor(from.x / kTile + kTolerance) + 1)), to.y};
-      add(from, end, tone_at((from.x + end.x) / 2));
+  const double bottom = std::min_element(ground.begin(), ground.end(), by_height)->y - kDepth;
+  const auto [first, last] = std::pair{ground.front(), ground.back()};
+  ground.insert(ground.begin(), {{first.x - kFarEnd, first.y}, {first.x - kShown, first.y}});
+  ground.insert(ground.end(), {{last.x + kShown, last.y}, {last.x + kFarEnd, last.y}});
+  for (std::size_t i = 0; i + 1 < ground.size(); ++i) {
+    const Point& to = ground[i + 1];
+    const bool has_tiles = ground[i].y == to.y && i > 0 && i + 2 < ground.size();
+    for (Point from = ground[i]; from.x < to.x - kTolerance;) {
+      Point end = to;
+      if (has_tiles) end.x = std::min(to.x, kTile * (std::floor(from.x / kTile + kTolerance) + 1));
+      const double tile = std::floor((from.x + end.x) / 2 / kTile);
+      scene.surface_colors.push_back(kTileColors[static_cast<std::size_t>(std::llround(tile)) % 2]);
+      scene.ground.push_back(
+          {{{from.x, from.y}, {end.x, end.y}, {end.x, bottom}, {from.x, bottom}}, kEarth});
       from = end;
     }
-  };
-  const auto [first, last] = std::pair{ground.front(), ground.back()};
-  add({first.x - kFarEnd, first.y}, {first.x - kShown, first.y}, 0);
-  add_tiles({first.x - kShown, first.y}, first);
-  for (std::size_t i = 0; i + 1 < ground.size(); ++i) {
-    if (ground[i].y == ground[i + 1].y) {
-      add_tiles(ground[i], ground[i + 1]);
-    } else {
-      add(ground[i], ground[i + 1], tone_at((ground[i].x + ground[i + 1].x) / 2));
-    }
   }
-  add_tiles(last, {last.x + kShown, last.y});
-  add({last.x + kShown, last.y}, {last.x + kFarEnd, last.y}, 0);
   for (const auto& corners : ground_.obstacles) {
-    ScenePolygon polygon{{}, kObstacle};
+    ScenePolygon& polygon = scene.obstacles.emplace_back(ScenePolygon{{}, kObstacle});
     for (const Point& point : corners) {
       polygon.points.push_back({origin_.x + point.x, origin_.y + point.y});
     }
-    scene.obstacles.push_back(polygon);
   }
 }
 

@@ -1,6 +1,7 @@
 // The ground that is drawn for a level, on which MuJoCo's walkers walk.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -17,14 +18,15 @@ constexpr double kColumn = 0.2;  // [m]
 
 constexpr GroundSize kGroundSize{500, kColumn, 0, {kColumn, kColumn, 0}, {4 * kColumn, kColumn, 3}};
 
+/// Tiles of level ground.
+constexpr double kTile = 0.5;  ///< length [m]
+constexpr std::array<Color, 2> kTileColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
+
 /// Returns a world's level; empty: none, the floor is flat.
 std::optional<Level> level_of(const WorldValues& values);
 
 /// Returns the world's parameters of levels.
 std::vector<WorldParameter> level_parameters();
-
-/// @throws std::invalid_argument as `walker::check_level`
-void check_level(const World& world);
 
 /// Heights below a point of the trunk [m].
 struct GroundBelow {
@@ -48,22 +50,13 @@ class LevelGround {
   void describe(Scene& scene) const;
 
  private:
-  /// The upper side of a stump.
-  struct Top {
-    double left;
-    double right;
-    double top;
-  };
-
-  void cut_last_obstacle();
-  void make_lines();
-  void add_obstacle(const Obstacle& obstacle, double height_behind, std::vector<Point>& line);
-  void add(const Point& point, std::vector<Point>& line);
+  double top_of(const Obstacle& stump) const { return ground_.obstacles[stump.first_box][2].y; }
+  GroundLine join();
+  void add_outline(const Obstacle& obstacle);
 
   Point origin_;
-  Ground ground_;               // relative to the origin, as the following ones
-  std::vector<Point> walkway_;  // the line without stumps, and with a level way across pits
-  std::vector<Top> stumps_;
+  Ground ground_;               // relative to the origin
+  std::vector<Point> surface_;  // `line_` relative to the origin, without what hangs above it
   GroundLine line_;
 };
 

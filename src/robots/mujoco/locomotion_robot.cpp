@@ -233,7 +233,7 @@ Registration registration(const Version& version) {
   made.world_parameters.insert(made.world_parameters.end(), physics.begin(), physics.end());
   made.world_parameters.push_back(lidar_range_parameter(lidar_range(*version.kind)));
   made.world_parameters.push_back(range_noise_parameter());
-  made.check_world = check_level;
+  made.check_world = [](const World& world) { check_level(world, kGroundSize, false, ""); };
   made.push_impulse = version.kind->push_impulse;
   made.max_episode_steps = kMaxEpisodeSteps;
   made.reward_threshold = version.kind->reward_threshold;

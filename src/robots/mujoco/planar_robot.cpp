@@ -329,8 +329,6 @@ void PlanarRobot::sense(Sensors& sensors) {
 }
 
 void PlanarRobot::scene(Scene& scene) const {
-  constexpr double kTile = 0.5;  // [m]
-  constexpr std::array<Color, 2> kColors{{{0.85, 0.89, 0.87, 1}, {0.55, 0.65, 0.66, 1}}};
   if (ground_) {
     ground_->describe(scene);
     return;
@@ -340,7 +338,7 @@ void PlanarRobot::scene(Scene& scene) const {
   const auto plane = std::find(geoms, geoms + model().ngeom, mjGEOM_PLANE) - geoms;
   if (plane == model().ngeom) return;
   physics_->measure([&](const mjData& data) {
-    scene.floor = Floor{at(data.geom_xpos, static_cast<int>(plane), 3)[2], kTile, kColors};
+    scene.floor = Floor{at(data.geom_xpos, static_cast<int>(plane), 3)[2], kTile, kTileColors};
   });
 }
 

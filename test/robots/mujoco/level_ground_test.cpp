@@ -194,7 +194,7 @@ TEST(LevelGroundTest, SceneShowsGroundAndObstacles) {
 
 TEST(LevelGroundTest, RefusesLevelsByName) {
   const auto refusal = [](const World& world) {
-    return message_of<std::invalid_argument>([&] { check_level(world); });
+    return message_of<std::invalid_argument>([&] { check_level(world, kGroundSize, false, ""); });
   };
   EXPECT_EQ(refusal({{"obstacle_spacing", {1, 2}}}),
             "obstacle_spacing = 2 m: has no effect without obstacles; name also sizes of pits, "

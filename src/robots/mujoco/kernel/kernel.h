@@ -39,9 +39,6 @@ struct ModelValues {
   V diagonal[kMaxLimbs];              ///< MuJoCo's diagApprox of a contact's rows
 };
 
-/// Returns a height above which nothing of a line is within a robot's reach of x [m].
-double top_around(const GroundLine& line, double x);
-
 /// The floor of the kernels' models, for instances without a level beside some with one.
 const GroundLine& flat_floor();
 

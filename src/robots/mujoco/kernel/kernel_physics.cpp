@@ -244,8 +244,6 @@ const GroundLine& flat_floor() {
   return kFloor;
 }
 
-double top_around(const GroundLine& line, double x) { return line.top_around(x); }
-
 std::unique_ptr<Physics> make_physics(const Kernels& kernels, ModelPointer model) {
   const KernelChoice choice = choose_kernel(kernels, *model);
   if (choice.kernel == nullptr) {
