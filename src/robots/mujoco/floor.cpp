@@ -2,33 +2,35 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "robots/mujoco/ground_contact.h"
+#include "robots/mujoco/physics.h"
 #include "robots/mujoco/planar_model.h"
 
 namespace walker::mujoco {
 namespace {
 
 thread_local const GroundLine* line_in_use = nullptr;
-thread_local int floor_in_use = -1;
 
-/// The functions of MuJoCo's table that `collide` replaces.
-mjfCollision plane_sphere = nullptr;
-mjfCollision plane_capsule = nullptr;
+/// The functions of MuJoCo's table that `collide` replaces, by the type of the geom on the plane.
+std::array<mjfCollision, mjNGEOMTYPES> plane_functions{};
 
 /// On level ground the frame is made from the capsule's axis, as by mjc_PlaneCapsule.
 int collide(const mjModel* model, const mjData* data, mjContact* contacts, int floor, int geom,
             mjtNum margin) {
-  const bool is_capsule = model->geom_type[geom] == mjGEOM_CAPSULE;
-  if (line_in_use == nullptr || floor != floor_in_use) {
-    return (is_capsule ? plane_capsule : plane_sphere)(model, data, contacts, floor, geom, margin);
+  const int type = model->geom_type[geom];
+  if (line_in_use == nullptr || floor != floor_of(*model)) {
+    return plane_functions[static_cast<std::size_t>(type)](model, data, contacts, floor, geom,
+                                                           margin);
   }
+  const bool is_capsule = type == mjGEOM_CAPSULE;
   const mjtNum* const centre = at(data->geom_xpos, geom, 3);
   const mjtNum* const rotation = at(data->geom_xmat, geom, 9);
   const mjtNum* const size = at(model->geom_size, geom, 3);
-  const double half_length = is_capsule ? size[1] : 0;
-  const Vector3 half{rotation[2] * half_length, rotation[5] * half_length,
-                     rotation[8] * half_length};
+  const Vector3 axis{rotation[2], rotation[5], rotation[8]};
+  Vector3 half{};
+  if (is_capsule) mju_scl3(half.data(), axis.data(), size[1]);
   std::array<LimbContact, kMaxLimbContacts> found;
   const int count = find_contacts(*line_in_use,
                                   {{centre[0] + half[0], centre[0] - half[0]},
@@ -45,67 +47,39 @@ int collide(const mjModel* model, const mjData* data, mjContact* contacts, int f
               Vector3{each.x, centre[1] + half[1] * (1 - 2 * each.share), each.z}.data());
     mju_copy3(contact.frame, Vector3{each.normal_x, 0, each.normal_z}.data());
     mju_zero3(contact.frame + 3);
-    if (is_capsule && each.normal_x == 0) {
-      mju_copy3(contact.frame + 3, Vector3{rotation[2], rotation[5], rotation[8]}.data());
-    } else if (is_capsule) {
-      mju_copy3(contact.frame + 3, Vector3{each.normal_z, 0, -each.normal_x}.data());
-    }
+    if (!is_capsule) continue;
+    const Vector3 tangent{each.normal_z, 0, -each.normal_x};
+    mju_copy3(contact.frame + 3, (each.normal_x == 0 ? axis : tangent).data());
   }
   return count;
-}
-
-/// Whether the engine looks for contacts between these geoms, of which one is the floor.
-bool are_found(const mjModel& m, int floor, int geom) {
-  const auto [first, second] = std::minmax(m.geom_bodyid[floor], m.geom_bodyid[geom]);
-  const int signature = ((first + 1) << 16) + second + 1;
-  const bool are_excluded = std::find(m.exclude_signature, m.exclude_signature + m.nexclude,
-                                      signature) != m.exclude_signature + m.nexclude;
-  const bool match = (m.geom_contype[floor] & m.geom_conaffinity[geom]) != 0 ||
-                     (m.geom_contype[geom] & m.geom_conaffinity[floor]) != 0;
-  return m.opt.collision != mjCOL_PAIR && match && !are_excluded;
-}
-
-bool are_a_pair(const mjModel& m, int floor, int geom) {
-  if (m.opt.collision == mjCOL_DYNAMIC) return false;
-  for (int pair = 0; pair < m.npair; ++pair) {
-    const auto [first, second] = std::minmax(m.pair_geom1[pair], m.pair_geom2[pair]);
-    if (first == std::min(floor, geom) && second == std::max(floor, geom)) return true;
-  }
-  return false;
-}
-
-bool is_upright(const mjtNum* quaternion) {
-  constexpr double kAligned = 1 - 1e-9;
-  std::array<mjtNum, 9> rotation{};
-  mju_quat2Mat(rotation.data(), quaternion);
-  return rotation[8] > kAligned;
-}
-
-std::string name_of(const mjModel& model, int geom) {
-  const char* const name = mj_id2name(&model, mjOBJ_GEOM, geom);
-  return name != nullptr ? name : "number " + std::to_string(geom);
 }
 
 }  // namespace
 
 int floor_of(const mjModel& model) {
+  constexpr double kTolerance = 1e-9;  // of the cosine of the tilt
   for (int geom = 0; geom < model.ngeom; ++geom) {
-    if (model.geom_type[geom] == mjGEOM_PLANE && model.geom_bodyid[geom] == 0 &&
-        is_upright(at(model.geom_quat, geom, 4))) {
-      return geom;
-    }
+    if (model.geom_type[geom] != mjGEOM_PLANE || model.geom_bodyid[geom] != 0) continue;
+    const mjtNum* const quaternion = at(model.geom_quat, geom, 4);
+    if (2 * mju_dot(quaternion + 1, quaternion + 1, 2) < kTolerance) return geom;
   }
   return -1;
 }
 
+/// Asks the engine, with the robot far below the floor.
 std::vector<int> geoms_on_floor(const mjModel& model) {
-  const int floor = floor_of(model);
-  std::vector<int> geoms;
-  for (int geom = 0; geom < model.ngeom && floor >= 0; ++geom) {
-    if (carrier_of(model, model.geom_bodyid[geom]) == 0) continue;
-    if (are_a_pair(model, floor, geom) || are_found(model, floor, geom)) geoms.push_back(geom);
-  }
-  return geoms;
+  constexpr double kDepth = 1e3;  // [m]
+  mjModel roomy = model;
+  roomy.nconmax += 8 * model.ngeom;
+  const DataPointer data = make_data(roomy);
+  data->qpos[kBaseZ] -= kDepth;
+  mj_kinematics(&roomy, data.get());
+  mj_collision(&roomy, data.get());
+  std::set<int> geoms;
+  std::for_each(data->contact, data->contact + data->ncon, [&](const mjContact& contact) {
+    if (contact.geom1 == floor_of(model)) geoms.insert(contact.geom2);
+  });
+  return {geoms.begin(), geoms.end()};
 }
 
 std::string level_refusal(const mjModel& model) {
@@ -115,7 +89,7 @@ std::string level_refusal(const mjModel& model) {
   for (const int geom : geoms) {
     const int type = model.geom_type[geom];
     if (type == mjGEOM_SPHERE || type == mjGEOM_CAPSULE) continue;
-    return "the geom " + name_of(model, geom) +
+    return "the geom " + element_name(model, mjOBJ_GEOM, geom) +
            " touches the floor and has another shape than a sphere or a capsule, which alone stand "
            "on a level";
   }
@@ -123,25 +97,16 @@ std::string level_refusal(const mjModel& model) {
 }
 
 void install_ground_contacts() {
-  if (plane_sphere != nullptr) return;
-  const auto install = [](mjtGeom type, mjfCollision& original) {
+  for (const std::size_t type : {mjGEOM_SPHERE, mjGEOM_CAPSULE}) {
     mjfCollision& installed = mjCOLLISIONFUNC[mjGEOM_PLANE][type];
-    original = installed;
+    if (installed == collide) continue;
+    plane_functions[type] = installed;
     installed = collide;
-  };
-  install(mjGEOM_SPHERE, plane_sphere);
-  install(mjGEOM_CAPSULE, plane_capsule);
+  }
 }
 
-GroundInUse::GroundInUse(const GroundLine* line, int floor)
-    : line_before_(line_in_use), floor_before_(floor_in_use) {
-  line_in_use = line;
-  floor_in_use = floor;
-}
+GroundInUse::GroundInUse(const GroundLine* line) { line_in_use = line; }
 
-GroundInUse::~GroundInUse() {
-  line_in_use = line_before_;
-  floor_in_use = floor_before_;
-}
+GroundInUse::~GroundInUse() { line_in_use = nullptr; }
 
 }  // namespace walker::mujoco

@@ -13,7 +13,8 @@ namespace walker::mujoco {
 /// normal; -1: the model has none.
 int floor_of(const mjModel& model);
 
-/// Returns the geoms that touch the floor, in the order of their bodies.
+/// Returns the geoms that touch the floor, in ascending order.
+/// @param model of `load_planar_model`
 std::vector<int> geoms_on_floor(const mjModel& model);
 
 /// Returns why a level cannot replace the model's floor; empty: it can.
@@ -25,19 +26,15 @@ std::string level_refusal(const mjModel& model);
 void install_ground_contacts();
 
 /// While it exists, spheres and capsules touch the line where this thread's calls of MuJoCo would
-/// let them touch the floor's plane. The model's floor must be above them (`WorldModels`), because
-/// MuJoCo does not test limbs that are far above it.
+/// let them touch the floor's plane; one at a time per thread. The model's floor must be above them
+/// (`WorldModels`), because MuJoCo does not test limbs that are far above it.
 class GroundInUse {
  public:
   /// @param line null: the floor is flat
-  GroundInUse(const GroundLine* line, int floor);
+  explicit GroundInUse(const GroundLine* line);
   GroundInUse(const GroundInUse&) = delete;
   GroundInUse& operator=(const GroundInUse&) = delete;
   ~GroundInUse();
-
- private:
-  const GroundLine* line_before_;
-  int floor_before_;
 };
 
 }  // namespace walker::mujoco

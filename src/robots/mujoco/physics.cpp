@@ -56,7 +56,7 @@ void LibraryPhysics::set_model(ModelPointer model) {
 }
 
 void LibraryPhysics::reset(const double* position, const double* velocity) {
-  const GroundInUse ground(line_.get(), floor_);
+  const GroundInUse ground(line_.get());
   mj_resetData(model_.get(), data_.get());
   std::copy_n(position, model_->nq, data_->qpos);
   std::copy_n(velocity, model_->nv, data_->qvel);
@@ -64,13 +64,13 @@ void LibraryPhysics::reset(const double* position, const double* velocity) {
 }
 
 void LibraryPhysics::step(const double* control, const ExternalForces& forces, int count) {
-  const GroundInUse ground(line_.get(), floor_);
+  const GroundInUse ground(line_.get());
   advance(*model_, *data_, control, forces, count);
   check_warnings(*data_);
 }
 
 void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) const {
-  const GroundInUse ground(line_.get(), floor_);
+  const GroundInUse ground(line_.get());
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
   look(*data_);
@@ -87,7 +87,7 @@ DataPointer make_data(const mjModel& model) {
 }
 
 void forward(const mjModel& model, const GroundLine* line, double* state) {
-  const GroundInUse ground(line, floor_of(model));
+  const GroundInUse ground(line);
   const DataPointer data = make_data(model);
   load_data(model, *data, state);
   mj_forward(&model, data.get());

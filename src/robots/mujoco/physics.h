@@ -136,7 +136,6 @@ class LibraryPhysics : public Physics {
   /// @param fallback_reason reason why no kernel is used, for `stepper`; may be empty
   explicit LibraryPhysics(ModelPointer model, std::string fallback_reason = "")
       : model_(std::move(model)),
-        floor_(floor_of(*model_)),
         data_(make_data(*model_)),
         fallback_reason_(std::move(fallback_reason)) {}
 
@@ -158,7 +157,6 @@ class LibraryPhysics : public Physics {
 
  private:
   ModelPointer model_;
-  int floor_;
   DataPointer data_;
   std::string fallback_reason_;
   std::shared_ptr<const GroundLine> line_;

@@ -11,11 +11,6 @@
 namespace walker::mujoco {
 namespace {
 
-std::string name_of(const mjModel& model, int type, int index) {
-  const char* const name = mj_id2name(&model, type, index);
-  return name != nullptr ? name : "number " + std::to_string(index);
-}
-
 void check_sizes(const mjModel& model, const PlanarModel& source) {
   const int num_joints = kBaseJoints + source.num_hinges;
   const bool fits = model.nq == num_joints && model.nv == num_joints && model.njnt == num_joints &&
@@ -63,13 +58,13 @@ void check_base(const mjModel& model, const PlanarModel& source) {
   }
   const mjtNum* const anchor = at(model.jnt_pos, kBasePitch, 3);
   if (anchor[0] != 0 || anchor[1] != 0 || anchor[2] != 0) {
-    refuse_model(source.xml_file, "joint " + name_of(model, mjOBJ_JOINT, kBasePitch) +
+    refuse_model(source.xml_file, "joint " + element_name(model, mjOBJ_JOINT, kBasePitch) +
                                       ": must turn about the trunk's origin (pos 0 0 0)");
   }
 }
 
 void check_limb(const mjModel& model, const PlanarModel& source, int joint) {
-  const std::string name = "joint " + name_of(model, mjOBJ_JOINT, joint);
+  const std::string name = "joint " + element_name(model, mjOBJ_JOINT, joint);
   const int body = model.jnt_bodyid[joint];
   if (model.jnt_type[joint] != mjJNT_HINGE || model.body_jntnum[body] != 1) {
     refuse_model(source.xml_file, name + ": must be a hinge, and the only joint of its body");
@@ -94,14 +89,14 @@ void check_actuator(const mjModel& model, const PlanarModel& source, int actuato
   const int joint = joint_of(model, actuator);
   const auto refuse = [&](const std::string& reason) {
     refuse_model(source.xml_file,
-                 "actuator " + name_of(model, mjOBJ_ACTUATOR, actuator) + ": " + reason);
+                 "actuator " + element_name(model, mjOBJ_ACTUATOR, actuator) + ": " + reason);
   };
   if (!drives_joint(model, actuator) || joint < kBaseJoints) {
     refuse("must drive one of the " + std::to_string(model.nu) + " hinges");
   }
   for (int other = 0; other < actuator; ++other) {
     if (joint_of(model, other) == joint) {
-      refuse("drives a joint that actuator " + name_of(model, mjOBJ_ACTUATOR, other) +
+      refuse("drives a joint that actuator " + element_name(model, mjOBJ_ACTUATOR, other) +
              " drives already");
     }
   }
@@ -123,6 +118,11 @@ void decompose(const mjModel& model, const Vector3& vector, double* along) {
 }
 
 }  // namespace
+
+std::string element_name(const mjModel& model, int type, int index) {
+  const char* const name = mj_id2name(&model, type, index);
+  return name != nullptr ? name : "number " + std::to_string(index);
+}
 
 ModelPointer load_planar_model(const PlanarModel& source) {
   ModelPointer model = load_model(source.xml_file);

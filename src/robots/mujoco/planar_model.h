@@ -40,6 +40,10 @@ struct Layout {
   std::vector<int> feet;    ///< limbs that carry no other limb, in action order
 };
 
+/// Returns an element's name for messages, or its number if it has none.
+/// @param type of MuJoCo's mjtObj
+std::string element_name(const mjModel& model, int type, int index);
+
 /// Returns the nearest body with a joint from this one towards the root, itself included; 0, the
 /// world, if there is none. Bodies without joints are parts of that body.
 int carrier_of(const mjModel& model, int body);

@@ -25,12 +25,10 @@ using DataPool = ModelPool<Data>;
 struct Shared {
   explicit Shared(const ModelPointer& base)
       : values(values_of(*base)),
-        floor(floor_of(*base)),
         data(base),
         level_data(WorldModels(base).model_of(physics_of({{"ground_roughness", 1}}))) {}
 
   ModelValues<double> values;  ///< of the base model
-  int floor;                   ///< geom that a level replaces
   DataPool data;               ///< for models of all instances without a level
   DataPool level_data;         ///< for those with one, which have other sizes
 };
@@ -76,7 +74,7 @@ class KernelPhysics : public Physics {
     control_ = {};
     kernel_.start(instance_);
     if (!instance_.is_flagged) return;
-    const GroundInUse ground(line_.get(), shared_->floor);
+    const GroundInUse ground(line_.get());
     const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
@@ -129,7 +127,7 @@ class KernelPhysics : public Physics {
   std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
-    const GroundInUse ground(line_.get(), shared_->floor);
+    const GroundInUse ground(line_.get());
     const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     write(instance_, data);
@@ -206,7 +204,7 @@ class KernelPhysics : public Physics {
 
   /// @throws as `step`
   void step_by_library(const Instance& before, const ExternalForces& forces, int count) {
-    const GroundInUse ground(line_.get(), shared_->floor);
+    const GroundInUse ground(line_.get());
     const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);

@@ -229,7 +229,7 @@ class Run {
       side->instances[i].line = line_of(i);
       side->contestant.kernel->start(side->instances[i]);
     }
-    const GroundInUse ground(line_of(i), 0);
+    const GroundInUse ground(line_of(i));
     mj_forward(model_of_[i].get(), &data);
     compare("start", i);
   }
@@ -256,7 +256,7 @@ class Run {
   void step(std::size_t i) {
     mjData& data = *data_[i];
     const mjModel* const model = model_of_[i].get();
-    const GroundInUse ground(line_of(i), 0);
+    const GroundInUse ground(line_of(i));
     bool limbs_touch = false;
     for (int frame = 0; frame < kFrames; ++frame) {
       mj_step(model, &data);
