@@ -50,13 +50,12 @@ void apply(const mjModel& m, const std::vector<BodyWrench>& wrenches, mjData& da
 }  // namespace
 
 void LibraryPhysics::set_model(ModelPointer model) {
-  const bool has_other_room = model->nconmax != model_->nconmax;
+  if (model->nconmax != model_->nconmax) data_ = make_data(*model);
   model_ = std::move(model);
-  if (has_other_room) data_ = make_data(*model_);
 }
 
 void LibraryPhysics::reset(const double* position, const double* velocity) {
-  const GroundInUse ground(line_.get());
+  const GroundInUse ground(line_);
   mj_resetData(model_.get(), data_.get());
   std::copy_n(position, model_->nq, data_->qpos);
   std::copy_n(velocity, model_->nv, data_->qvel);
@@ -64,13 +63,13 @@ void LibraryPhysics::reset(const double* position, const double* velocity) {
 }
 
 void LibraryPhysics::step(const double* control, const ExternalForces& forces, int count) {
-  const GroundInUse ground(line_.get());
+  const GroundInUse ground(line_);
   advance(*model_, *data_, control, forces, count);
   check_warnings(*data_);
 }
 
 void LibraryPhysics::measure(const std::function<void(const mjData&)>& look) const {
-  const GroundInUse ground(line_.get());
+  const GroundInUse ground(line_);
   mj_kinematics(model_.get(), data_.get());
   mj_collision(model_.get(), data_.get());
   look(*data_);

@@ -57,9 +57,9 @@ class Physics {
   virtual void set_model(ModelPointer model) = 0;
 
   /// Replaces the line that limbs touch. The next call must be `reset` or `load`.
-  /// @param line of a world whose model has its floor raised (`WorldPhysics::has_level`); null: the
-  ///             floor is flat
-  virtual void set_ground(std::shared_ptr<const GroundLine> line) = 0;
+  /// @param line of a world whose model has its floor raised (`WorldPhysics::has_level`), borrowed;
+  ///             null: the floor is flat
+  virtual void set_ground(const GroundLine* line) = 0;
 
   virtual const double* position() const = 0;  ///< nq values [m, rad]
   virtual const double* velocity() const = 0;  ///< nv values [m/s, rad/s]
@@ -143,7 +143,7 @@ class LibraryPhysics : public Physics {
 
   const mjModel& model() const override { return *model_; }
   void set_model(ModelPointer model) override;
-  void set_ground(std::shared_ptr<const GroundLine> line) override { line_ = std::move(line); }
+  void set_ground(const GroundLine* line) override { line_ = line; }
   const double* position() const override { return data_->qpos; }
   const double* velocity() const override { return data_->qvel; }
   void reset(const double* position, const double* velocity) override;
@@ -159,7 +159,7 @@ class LibraryPhysics : public Physics {
   ModelPointer model_;
   DataPointer data_;
   std::string fallback_reason_;
-  std::shared_ptr<const GroundLine> line_;
+  const GroundLine* line_ = nullptr;
 };
 
 /// Runs mj_forward on a state in the format of `Physics::save`. The accelerations at its positions

@@ -180,8 +180,7 @@ void PlanarRobot::set_ground(const GeneratorState& origin,
                              std::shared_ptr<const LevelGround> ground) {
   ground_origin_ = origin;
   ground_ = std::move(ground);
-  physics_->set_ground(ground_ ? std::shared_ptr<const GroundLine>(ground_, &ground_->line())
-                               : nullptr);
+  physics_->set_ground(line());
 }
 
 std::shared_ptr<const LevelGround> PlanarRobot::draw_ground(Generator& generator,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "robots/mujoco/physics.h"
@@ -17,11 +18,20 @@ inline Line line_of(const std::vector<Point>& points) {
 }
 
 /// A model's walker on a line of ground.
+class PhysicsOnLine : public LibraryPhysics {
+ public:
+  PhysicsOnLine(const ModelPointer& model, Line line)
+      : LibraryPhysics(WorldModels(model).model_of(physics_of({{"ground_roughness", 1}}))),
+        line_(std::move(line)) {
+    set_ground(line_.get());
+  }
+
+ private:
+  Line line_;
+};
+
 inline std::unique_ptr<LibraryPhysics> on_line(const ModelPointer& model, const Line& line) {
-  auto physics = std::make_unique<LibraryPhysics>(
-      WorldModels(model).model_of(physics_of({{"ground_roughness", 1}})));
-  physics->set_ground(line);
-  return physics;
+  return std::make_unique<PhysicsOnLine>(model, line);
 }
 
 inline std::vector<mjContact> contacts_of(const LibraryPhysics& physics) {

@@ -60,10 +60,7 @@ class KernelPhysics : public Physics {
     model_ = std::move(model);
   }
 
-  void set_ground(std::shared_ptr<const GroundLine> line) override {
-    line_ = std::move(line);
-    instance_.line = line_.get();
-  }
+  void set_ground(const GroundLine* line) override { instance_.line = line; }
 
   const double* position() const override { return instance_.position.data(); }
   const double* velocity() const override { return instance_.velocity.data(); }
@@ -74,7 +71,7 @@ class KernelPhysics : public Physics {
     control_ = {};
     kernel_.start(instance_);
     if (!instance_.is_flagged) return;
-    const GroundInUse ground(line_.get());
+    const GroundInUse ground(instance_.line);
     const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
@@ -127,7 +124,7 @@ class KernelPhysics : public Physics {
   std::size_t group_size() const override { return kMaxGroupSize; }
 
   void measure(const std::function<void(const mjData&)>& look) const override {
-    const GroundInUse ground(line_.get());
+    const GroundInUse ground(instance_.line);
     const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     write(instance_, data);
@@ -151,10 +148,6 @@ class KernelPhysics : public Physics {
   }
 
   void load(const double* values) override {
-    const ModelValues<double>* const model_values = instance_.values;
-    instance_ = {};
-    instance_.values = model_values;
-    instance_.line = line_.get();
     const double* next = values;
     const auto take = [&next](auto& to, int count) {
       std::copy_n(next, count, to.begin());
@@ -204,7 +197,7 @@ class KernelPhysics : public Physics {
 
   /// @throws as `step`
   void step_by_library(const Instance& before, const ExternalForces& forces, int count) {
-    const GroundInUse ground(line_.get());
+    const GroundInUse ground(instance_.line);
     const DataPool::Loan loan(data_pool());
     mjData& data = *loan->pointer;
     mj_resetData(model_.get(), &data);
@@ -230,7 +223,6 @@ class KernelPhysics : public Physics {
   std::shared_ptr<Shared> shared_;
   ModelPointer model_;                               // of this instance
   std::unique_ptr<ModelValues<double>> own_values_;  // if the model is not the base model
-  std::shared_ptr<const GroundLine> line_;           // null: the floor is flat
   Instance instance_;
   std::array<double, kMaxMotors> control_{};
 };
