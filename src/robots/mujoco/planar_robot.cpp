@@ -254,16 +254,14 @@ void PlanarRobot::observe(double* observation) const {
   write_fractions(ranges.data(), ranges.size(), lidar_range_, end);
 }
 
+LidarRanges PlanarRobot::cast_rays(const mjData* data) const {
+  return cast_lidar(model(), data, base_origin(model(), position()), lidar_range_, line());
+}
+
 LidarRanges PlanarRobot::cast_rays() const {
+  if (!needs_data(model())) return cast_rays(nullptr);
   LidarRanges ranges;
-  const auto cast = [&](const mjData* data) {
-    ranges = cast_lidar(model(), data, base_origin(model(), position()), lidar_range_, line());
-  };
-  if (needs_data(model())) {
-    physics_->measure([&](const mjData& data) { cast(&data); });
-  } else {
-    cast(nullptr);
-  }
+  physics_->measure([&](const mjData& data) { ranges = cast_rays(&data); });
   return ranges;
 }
 
@@ -320,8 +318,7 @@ void PlanarRobot::sense(Sensors& sensors) {
   physics_->measure([&](const mjData& data) {
     sense_joints(model(), data, layout_, sensors);
     sense_motion(data, velocity_before_step_.data(), specification_.dt, sensors);
-    const LidarRanges ranges =
-        cast_lidar(model(), &data, base_origin(model(), position()), lidar_range_, line());
+    const LidarRanges ranges = cast_rays(&data);
     sensors.ranges.assign(ranges.begin(), ranges.end());
   });
   sensors.maximum_range = lidar_range_;

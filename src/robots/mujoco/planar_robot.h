@@ -107,6 +107,7 @@ class PlanarRobot : public Robot {
   virtual void conclude_step(double x_velocity, RobotStep& step) const = 0;
 
   std::uint64_t model_fingerprint() const;
+  LidarRanges cast_rays(const mjData* data) const;
   LidarRanges cast_rays() const;
   void write_first_info(double* info) const;
   void remember_state();
