@@ -22,8 +22,15 @@ struct WALKER_SIM_EXPORT PolicyError : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// A multilayer perceptron in single precision. Observations are normalised first, and the output
-/// is limited to the action's bounds. docs/policies.md documents the file format.
+/// How much of an episode a policy's input has.
+struct PolicyHistory {
+  std::size_t observations = 1;  ///< the latest ones, with the present one
+  std::size_t actions = 0;       ///< the latest ones
+};
+
+/// A multilayer perceptron in single precision. Its input is the observation or, if the policy
+/// remembers, a `PolicyInput`. It is normalised first, and the output is limited to the action's
+/// bounds. docs/policies.md documents the file format.
 class WALKER_SIM_EXPORT Policy {
  public:
   /// Reads a safetensors file.
@@ -44,6 +51,10 @@ class WALKER_SIM_EXPORT Policy {
 
   std::size_t observation_size() const;
   std::size_t action_size() const;
+  const PolicyHistory& history() const;
+
+  /// Size of the network's input: that of as many observations and actions as `history()` has.
+  std::size_t input_size() const;
 
   /// Checks that the environment's observation size, action size and action bounds are the
   /// policy's. Id and parameters may differ, so that a policy can be tried on other environments.
@@ -59,14 +70,14 @@ class WALKER_SIM_EXPORT Policy {
   Policy with_parameters(const std::vector<float>& parameters) const;
 
   /// Computes the deterministic action. Allocates no memory. Not thread-safe.
-  /// @param observation `observation_size()` values
+  /// @param input `input_size()` values: the observation, or a `PolicyInput`
   /// @param action caller's buffer, `action_size()` values: single precision, within the bounds;
   ///               NaN if the layers overflow single precision
-  void act(const double* observation, double* action);
+  void act(const double* input, double* action);
 
   /// Computes several actions at once: faster, and bitwise equal to single calls.
-  /// @param observations, actions `rows` rows
-  void act(const double* observations, std::size_t rows, double* actions);
+  /// @param inputs, actions `rows` rows
+  void act(const double* inputs, std::size_t rows, double* actions);
 
  private:
   struct State;
@@ -74,6 +85,29 @@ class WALKER_SIM_EXPORT Policy {
 
   explicit Policy(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
+};
+
+/// What a policy acts on in an episode: its latest observations, then the actions that it gave to
+/// them, each from the oldest to the newest. What was before the first step is zero. Whoever plays
+/// the episode holds it.
+class WALKER_SIM_EXPORT PolicyInput {
+ public:
+  explicit PolicyInput(const Policy& policy);
+
+  /// Begins an episode.
+  void reset();
+
+  /// Adds an observation. @return the input, `Policy::input_size()` values until the next call
+  const double* observe(const double* observation);
+
+  /// Adds the action that the policy gave to the latest observation.
+  void remember(const double* action);
+
+ private:
+  std::size_t observation_size_;
+  std::size_t action_size_;
+  std::size_t num_observed_;  // values of all observations
+  std::vector<double> values_;
 };
 
 /// @throws PolicyError if the file is not a policy or does not fit the environment

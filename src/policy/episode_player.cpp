@@ -35,14 +35,12 @@ struct Stopping : std::exception {};  // ends a worker after the failure of anot
 /// One call of `play`, shared by its threads.
 class PlayCall {
  public:
-  PlayCall(const std::vector<const Policy*>& policies, const std::vector<EpisodeJob>& all_jobs,
+  PlayCall(const std::vector<const Policy*>& all_policies, const std::vector<EpisodeJob>& all_jobs,
            std::vector<std::shared_ptr<const CheckedWorld>> checked_worlds)
-      : jobs(all_jobs), worlds(std::move(checked_worlds)) {
-    for (const Policy* policy : policies) networks.push_back(&forward_of(*policy));
-  }
+      : policies(all_policies), jobs(all_jobs), worlds(std::move(checked_worlds)) {}
 
+  const std::vector<const Policy*>& policies;
   const std::vector<EpisodeJob>& jobs;
-  std::vector<const Forward*> networks;                     // by policy
   std::vector<std::shared_ptr<const CheckedWorld>> worlds;  // null: Gymnasium's
 
   /// Returns the index of the next job; nullopt if all have begun or the call is ending.
@@ -142,7 +140,8 @@ class Worker {
   struct Slot {
     std::unique_ptr<Walker> walker;
     std::size_t job = 0;
-    const Forward* network = nullptr;
+    const Policy* policy = nullptr;
+    std::optional<PolicyInput> input;
     PlayedEpisode outcome;  // only the sums, until the episode ends
   };
 
@@ -170,9 +169,9 @@ class Worker {
           conclude(*slot, call);
         }
       }
-      // Rows of the same network are computed together.
+      // Rows of the same policy are computed together.
       std::stable_sort(playing_.begin(), playing_.end(), [](const Slot* one, const Slot* other) {
-        return std::less<>()(one->network, other->network);
+        return std::less<>()(one->policy, other->policy);
       });
     }
   }
@@ -180,7 +179,8 @@ class Worker {
   void assign(Slot& slot, std::size_t index, const PlayCall& call) {
     const EpisodeJob& job = call.jobs[index];
     slot.job = index;
-    slot.network = call.networks[job.policy];
+    slot.policy = call.policies[job.policy];
+    slot.input.emplace(*slot.policy);
     slot.outcome = {};
     if (sums_observations_) {
       const std::size_t size = specification().observation_size();
@@ -192,27 +192,26 @@ class Worker {
 
   /// Computes the actions of all episodes that are being played.
   void act(const PlayCall& call) {
-    const std::size_t observation_size = specification().observation_size();
     const std::size_t action_size = specification().action_size();
-    const bool is_single = specification().observation_dtype == "float32";
-    observations_.resize(playing_.size() * observation_size);
     actions_.resize(playing_.size() * action_size);
-    double* row = observations_.data();
-    for (Slot* slot : playing_) {
-      for (const double value : slot->walker->state().observation) {
-        *row++ = is_single ? static_cast<float>(value) : value;
-      }
-      if (sums_observations_) add_observation(row - observation_size, slot->outcome);
-    }
     for (std::size_t begin = 0, end = 0; begin < playing_.size(); begin = end) {
-      const Forward& network = *playing_[begin]->network;
-      while (end < playing_.size() && playing_[end]->network == &network) ++end;
+      const Policy& policy = *playing_[begin]->policy;
+      const Forward& network = forward_of(policy);
+      while (end < playing_.size() && playing_[end]->policy == &policy) ++end;
       // Networks of other sizes need other memory.
       if (!scratch_ || !scratch_->fits(network.network())) scratch_.emplace(network.network());
+      const std::size_t input_size = policy.input_size();
+      inputs_.resize(kRowsPerCheck * input_size);
       for (std::size_t i = begin; i < end; i += kRowsPerCheck) {
         call.check();
-        network.act(&observations_[i * observation_size], std::min(kRowsPerCheck, end - i),
-                    &actions_[i * action_size], *scratch_);
+        const std::size_t count = std::min(kRowsPerCheck, end - i);
+        for (std::size_t row = 0; row < count; ++row) {
+          std::copy_n(observe(*playing_[i + row]), input_size, &inputs_[row * input_size]);
+        }
+        network.act(inputs_.data(), count, &actions_[i * action_size], *scratch_);
+        for (std::size_t row = i; row < i + count; ++row) {
+          playing_[row]->input->remember(&actions_[row * action_size]);
+        }
       }
     }
     const auto wrong = std::find_if(actions_.begin(), actions_.end(),
@@ -226,11 +225,18 @@ class Worker {
                       ": must be finite");
   }
 
-  static void add_observation(const double* observation, PlayedEpisode& outcome) {
-    for (std::size_t i = 0; i < outcome.observation_sums.size(); ++i) {
-      outcome.observation_sums[i] += observation[i];
-      outcome.observation_squares[i] += observation[i] * observation[i];
+  /// Returns the policy's input, with the present observation.
+  const double* observe(Slot& slot) {
+    observation_ = slot.walker->state().observation;
+    if (specification().observation_dtype == "float32") {
+      for (double& value : observation_) value = static_cast<float>(value);
     }
+    PlayedEpisode& outcome = slot.outcome;
+    for (std::size_t i = 0; i < outcome.observation_sums.size(); ++i) {
+      outcome.observation_sums[i] += observation_[i];
+      outcome.observation_squares[i] += observation_[i] * observation_[i];
+    }
+    return slot.input->observe(observation_.data());
   }
 
   /// Steps or resets the environments of slots.
@@ -266,10 +272,11 @@ class Worker {
 
   bool sums_observations_;
   std::vector<std::unique_ptr<Slot>> slots_;
-  std::vector<Slot*> playing_;  // in the order of their networks
+  std::vector<Slot*> playing_;  // in the order of their policies
   std::vector<Slot*> free_;
-  std::vector<double> observations_;  // a row for each that is playing
-  std::vector<double> actions_;       // likewise
+  std::vector<double> observation_;  // of one that is playing
+  std::vector<double> inputs_;       // rows of a network
+  std::vector<double> actions_;      // a row for each that is playing
   std::optional<Scratch> scratch_;
 };
 

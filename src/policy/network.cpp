@@ -60,25 +60,24 @@ bool Scratch::fits(const Network& network) const {
                     });
 }
 
-void Forward::act(const double* observations, std::size_t rows, double* actions,
-                  Scratch& scratch) const {
-  const auto observation_size = static_cast<std::size_t>(network_.mean.size());
+void Forward::act(const double* inputs, std::size_t rows, double* actions, Scratch& scratch) const {
+  const auto input_size = static_cast<std::size_t>(network_.mean.size());
   const auto action_size = static_cast<std::size_t>(network_.low.size());
   std::size_t row = 0;
   for (; row + kBatch <= rows; row += kBatch) {
-    run<kBatch>(observations + row * observation_size, actions + row * action_size, scratch);
+    run<kBatch>(inputs + row * input_size, actions + row * action_size, scratch);
   }
   for (; row < rows; ++row) {
-    run<1>(observations + row * observation_size, actions + row * action_size, scratch);
+    run<1>(inputs + row * input_size, actions + row * action_size, scratch);
   }
 }
 
 template <int batch>
-void Forward::run(const double* observations, double* actions, Scratch& scratch) const {
+void Forward::run(const double* given, double* actions, Scratch& scratch) const {
   const Eigen::Index size = network_.mean.size();
   for (int k = 0; k < batch; ++k) {
-    const Eigen::Map<const Eigen::VectorXd> measured(observations + k * size, size);
-    scratch.normal_.col(k) = ((measured - network_.mean).array() / network_.deviation.array())
+    const Eigen::Map<const Eigen::VectorXd> input(given + k * size, size);
+    scratch.normal_.col(k) = ((input - network_.mean).array() / network_.deviation.array())
                                  .max(-kObservationClip)
                                  .min(kObservationClip)
                                  .cast<float>();

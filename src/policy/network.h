@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "walker_sim/policy.h"
+
 namespace walker {
 
 enum class Activation { tanh, relu };
@@ -25,8 +27,9 @@ struct Layer {
 struct Network {
   Activation activation = Activation::tanh;
   Output output = Output::clip;
-  Eigen::VectorXd mean;       ///< of observations
-  Eigen::VectorXd deviation;  ///< of observations, above 0
+  PolicyHistory history;
+  Eigen::VectorXd mean;       ///< of the input
+  Eigen::VectorXd deviation;  ///< of the input, above 0
   Eigen::VectorXf low;        ///< the action's limits
   Eigen::VectorXf high;
   std::vector<Layer> layers;  ///< at least one
@@ -42,7 +45,7 @@ class Scratch {
 
  private:
   friend class Forward;
-  Eigen::MatrixXf normal_;               // normalised observations, one column per row of a batch
+  Eigen::MatrixXf normal_;               // normalised inputs, one column per row of a batch
   std::vector<Eigen::MatrixXf> values_;  // outputs of each layer, likewise
 };
 
@@ -53,18 +56,17 @@ class Forward {
 
   const Network& network() const { return network_; }
 
-  /// @param observations, actions `rows` rows; a row's action does not depend on the others
+  /// @param inputs, actions `rows` rows; a row's action does not depend on the others
   /// @param scratch of a network with layers of the same sizes
-  void act(const double* observations, std::size_t rows, double* actions, Scratch& scratch) const;
+  void act(const double* inputs, std::size_t rows, double* actions, Scratch& scratch) const;
 
  private:
   template <int batch>
-  void run(const double* observations, double* actions, Scratch& scratch) const;
+  void run(const double* given, double* actions, Scratch& scratch) const;
 
   Network network_;
 };
 
-class Policy;
 const Forward& forward_of(const Policy& policy);
 
 }  // namespace walker

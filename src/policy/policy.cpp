@@ -1,5 +1,6 @@
 #include "walker_sim/policy.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <fstream>
 #include <iterator>
@@ -22,6 +23,7 @@ using Rows = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMaj
 
 constexpr const char* kFormat = "walker_sim policy 1";
 constexpr std::size_t kMaxLayers = 16;
+constexpr std::size_t kMaxHistory = 1000;
 constexpr std::streamoff kMaxFile = std::streamoff{1} << 28U;
 
 [[noreturn]] void refuse(const std::string& name, const std::string& reason) {
@@ -91,12 +93,22 @@ Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index i
           vector(tensors, name + ".bias", outputs).cast<float>()};
 }
 
-std::size_t read_layer_count(const std::string& text) {
-  for (std::size_t count = 1; count <= kMaxLayers; ++count) {
+std::size_t read_count(const std::string& name, const std::string& text, std::size_t least,
+                       std::size_t most) {
+  for (std::size_t count = least; count <= most; ++count) {
     if (text == std::to_string(count)) return count;
   }
-  throw std::invalid_argument("layers = " + text + ": must be a number from 1 to " +
-                              std::to_string(kMaxLayers));
+  throw std::invalid_argument(name + " = " + text + ": must be a number from " +
+                              std::to_string(least) + " to " + std::to_string(most));
+}
+
+/// Files of policies without memory do not have these entries.
+PolicyHistory read_history(std::map<std::string, std::string>& metadata) {
+  const auto read = [&metadata](const std::string& name, std::size_t absent, std::size_t least) {
+    return metadata.count(name) == 0 ? absent
+                                     : read_count(name, take(metadata, name), least, kMaxHistory);
+  };
+  return {read("history.observations", 1, 1), read("history.actions", 0, 0)};
 }
 
 Network read_network(const Tensors& tensors, std::map<std::string, std::string>& metadata) {
@@ -115,13 +127,23 @@ Network read_network(const Tensors& tensors, std::map<std::string, std::string>&
   }
   network.low = vector(tensors, "action.low", 0).cast<float>();
   network.high = vector(tensors, "action.high", network.low.size()).cast<float>();
+  network.history = read_history(metadata);
+  const auto num_observations = static_cast<Eigen::Index>(network.history.observations);
+  const auto num_actions = static_cast<Eigen::Index>(network.history.actions);
+  const Eigen::Index observed = network.mean.size() - num_actions * network.low.size();
+  if (observed <= 0 || observed % num_observations != 0) {
+    throw std::invalid_argument("observation.mean has " + std::to_string(network.mean.size()) +
+                                " values; must have those of " + std::to_string(num_observations) +
+                                " observations and " + std::to_string(num_actions) +
+                                " actions of " + std::to_string(network.low.size()));
+  }
   if ((network.high - network.low).minCoeff(&at) <= 0) {
     throw std::invalid_argument("action.high[" + std::to_string(at) +
                                 "] = " + shortest_text(network.high[at]) +
                                 "; must be above action.low, " + shortest_text(network.low[at]));
   }
   Eigen::Index inputs = network.mean.size();
-  const std::size_t count = read_layer_count(take(metadata, "layers"));
+  const std::size_t count = read_count("layers", take(metadata, "layers"), 1, kMaxLayers);
   for (std::size_t i = 0; i < count; ++i) {
     network.layers.push_back(read_layer(tensors, "layers." + std::to_string(i), inputs));
     inputs = network.layers.back().bias.size();
@@ -149,19 +171,21 @@ void check_limits(const char* name, const Eigen::VectorXf& ours,
 class PolicyAgent : public Agent {
  public:
   PolicyAgent(const std::string& file, const Specification& specification)
-      : policy_(file), action_(specification.action_size()) {
+      : policy_(file), input_(policy_), action_(specification.action_size()) {
     policy_.check(specification);
   }
 
-  void reset() override {}  // stateless
+  void reset() override { input_.reset(); }
 
   const std::vector<double>& act(const std::vector<double>& observation) override {
-    policy_.act(observation.data(), action_.data());
+    policy_.act(input_.observe(observation.data()), action_.data());
+    input_.remember(action_.data());
     return action_;
   }
 
  private:
   Policy policy_;
+  PolicyInput input_;
   std::vector<double> action_;
 };
 
@@ -206,11 +230,17 @@ const std::string& Policy::id() const { return state_->id; }
 const std::map<std::string, std::string>& Policy::notes() const { return state_->notes; }
 
 std::size_t Policy::observation_size() const {
-  return static_cast<std::size_t>(state_->forward.network().mean.size());
+  return (input_size() - history().actions * action_size()) / history().observations;
 }
 
 std::size_t Policy::action_size() const {
   return static_cast<std::size_t>(state_->forward.network().low.size());
+}
+
+const PolicyHistory& Policy::history() const { return state_->forward.network().history; }
+
+std::size_t Policy::input_size() const {
+  return static_cast<std::size_t>(state_->forward.network().mean.size());
 }
 
 void Policy::check(const Specification& specification) const {
@@ -260,10 +290,33 @@ Policy Policy::with_parameters(const std::vector<float>& parameters) const {
       State{state_->name, state_->id, state_->notes, Forward(std::move(network))}));
 }
 
-void Policy::act(const double* observation, double* action) { act(observation, 1, action); }
+void Policy::act(const double* input, double* action) { act(input, 1, action); }
 
-void Policy::act(const double* observations, std::size_t rows, double* actions) {
-  state_->forward.act(observations, rows, actions, state_->scratch);
+void Policy::act(const double* inputs, std::size_t rows, double* actions) {
+  state_->forward.act(inputs, rows, actions, state_->scratch);
+}
+
+PolicyInput::PolicyInput(const Policy& policy)
+    : observation_size_(policy.observation_size()),
+      action_size_(policy.action_size()),
+      num_observed_(policy.history().observations * observation_size_),
+      values_(policy.input_size()) {}
+
+void PolicyInput::reset() { std::fill(values_.begin(), values_.end(), 0); }
+
+const double* PolicyInput::observe(const double* observation) {
+  double* const end = values_.data() + num_observed_;
+  std::copy(values_.data() + observation_size_, end, values_.data());
+  std::copy_n(observation, observation_size_, end - observation_size_);
+  return values_.data();
+}
+
+void PolicyInput::remember(const double* action) {
+  if (values_.size() == num_observed_) return;
+  double* const begin = values_.data() + num_observed_;
+  double* const end = values_.data() + values_.size();
+  std::copy(begin + action_size_, end, begin);
+  std::copy_n(action, action_size_, end - action_size_);
 }
 
 std::unique_ptr<Agent> make_policy_agent(const std::string& file,

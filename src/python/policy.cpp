@@ -70,14 +70,19 @@ class PolicyBinding : public Policy {
         Policy::with_parameters({input.data(), input.data() + input.size()}));
   }
 
-  /// @param observations rows of `observation_size()` values
+  py::tuple history() const {
+    return py::make_tuple(Policy::history().observations, Policy::history().actions);
+  }
+
+  /// @param observations rows of `input_size()` values: observations, or inputs of policies that
+  ///                     remember
   /// @param actions      receives a row of `action_size()` values for each
   void act(py::handle observations, py::handle actions) {
     const Input input(observations, "observations");
-    const std::size_t rows = input.size() / observation_size();
-    if (input.size() != rows * observation_size()) {
+    const std::size_t rows = input.size() / input_size();
+    if (input.size() != rows * input_size()) {
       throw py::value_error("observations has " + std::to_string(input.size()) +
-                            " values; must have " + std::to_string(observation_size()) + " a row");
+                            " values; must have " + std::to_string(input_size()) + " a row");
     }
     Output output(actions, "actions", rows * action_size());
     const GilFreeLock lock(mutex_);
@@ -85,7 +90,7 @@ class PolicyBinding : public Policy {
     constexpr std::size_t kRowsPerCheck = 16;
     for (std::size_t row = 0; row < rows; row += kRowsPerCheck) {
       check_step_interruption();
-      Policy::act(input.data() + row * observation_size(), std::min(kRowsPerCheck, rows - row),
+      Policy::act(input.data() + row * input_size(), std::min(kRowsPerCheck, rows - row),
                   actions_.data() + row * action_size());
     }
     output.write(actions_.data());
@@ -147,6 +152,8 @@ void bind_policy(py::module& module) {
       .def_property_readonly("notes", &PolicyBinding::notes)
       .def_property_readonly("observation_size", &PolicyBinding::observation_size)
       .def_property_readonly("action_size", &PolicyBinding::action_size)
+      .def_property_readonly("input_size", &PolicyBinding::input_size)
+      .def_property_readonly("history", &PolicyBinding::history)
       .def("check", &PolicyBinding::check)
       .def_property_readonly("parameters", &PolicyBinding::parameters)
       .def("with_parameters", &PolicyBinding::with_parameters)

@@ -4,6 +4,7 @@ import os
 import signal
 import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
 import rosgraph
@@ -18,6 +19,7 @@ from std_msgs.msg import Float64MultiArray
 from walker_sim import _core
 from walker_sim.msg import Contacts, EnvironmentSpec, Episode, Transition
 from walker_sim.srv import GetSpec, GetSpecResponse, Reset, ResetResponse
+from walker_sim.training.policy_file import read_policy, with_history, write_policy
 
 AGENTS = ("service_agent", "topic_agent")
 PROMPT = 15  # shutdown timeout [s], wall time
@@ -107,6 +109,29 @@ class AgentNodesTest(ServerTest):
         self.serve(env="Hopper-v5", mode="lockstep")
         for node_type in AGENTS:
             self.assert_refused(node_type, ["policy = robust", "Hopper-v5"], **robust)
+
+    def test_a_policy_remembers_within_an_episode(self):
+        policy = with_history(read_policy(Path(included_policy("BipedalWalker-v3"))), (3, 2))
+        weight, bias = policy.layers[0]
+        noise = np.random.default_rng(0).normal(0, 0.05, weight.shape).astype(np.float32)
+        policy.layers[0] = (weight + noise, bias)
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        file = os.path.join(folder.name, "remembers.safetensors")
+        write_policy(policy, Path(file))
+        self.serve(mode="lockstep", max_episode_steps=8)
+        transitions = self.record("/transition", Transition)
+        agent = self.start_agent("service_agent", episodes=2, agent="policy", policy=file)
+        self.assertEqual(agent.wait(), 0, agent.output())
+        for begin in (0, 9):
+            observation, *steps = transitions.wait_count(18)[begin : begin + 9]
+            observed, acted, action = np.zeros(3 * 24), np.zeros(2 * 4), np.empty(4)
+            for step in steps:
+                observed = np.concatenate([observed[24:], observation.observation])
+                _core.Policy(file).act(np.concatenate([observed, acted]), action)
+                self.assertEqual(list(step.action), action.tolist())
+                acted = np.concatenate([acted[4:], action])
+                observation = step
 
     def test_unsuitable_servers_are_refused(self):
         self.serve(mode="lockstep", num_envs=3)

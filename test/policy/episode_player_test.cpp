@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -14,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/random.h"
 #include "episode/fake_robot.h"
 #include "episode/walker.h"
 #include "error_message.h"
@@ -64,6 +66,7 @@ PlayedEpisode stepped(const std::string& id, Policy& policy, std::uint64_t seed,
   played.observation_sums.resize(walker.observation.size());
   played.observation_squares.resize(walker.observation.size());
   std::vector<double> action(specification.action_size());
+  PolicyInput input(policy);
   walker.reset(seed);
   played.world = walker.environment->world_values();
   while (!walker.has_ended()) {
@@ -73,7 +76,8 @@ PlayedEpisode stepped(const std::string& id, Policy& policy, std::uint64_t seed,
       played.observation_sums[i] += value;
       played.observation_squares[i] += value * value;
     }
-    policy.act(walker.observation.data(), action.data());
+    policy.act(input.observe(walker.observation.data()), action.data());
+    input.remember(action.data());
     walker.step(action);
     played.episode_return += walker.result.reward;
     ++played.length;
@@ -86,6 +90,30 @@ PlayedEpisode stepped(const std::string& id, Policy& policy, std::uint64_t seed,
   return played;
 }
 
+/// A linear policy that remembers, with random weights.
+Policy remembering(const std::string& id) {
+  const Specification specification = make(id)->specification();
+  const std::size_t actions = specification.action_size();
+  const std::size_t inputs = 3 * specification.observation_size() + 2 * actions;
+  Generator random(1);
+  std::vector<double> weight(actions * inputs);
+  for (double& value : weight) value = random.uniform(-0.1, 0.1);
+  PolicyBytes written = small_policy();
+  written.metadata["history.observations"] = "3";
+  written.metadata["history.actions"] = "2";
+  written.metadata["layers"] = "1";
+  written.tensors = {
+      {"observation.mean", {"F64", {inputs}, std::vector<double>(inputs, 0)}},
+      {"observation.deviation", {"F64", {inputs}, std::vector<double>(inputs, 1)}},
+      {"action.low", {"F32", {actions}, specification.action_low}},
+      {"action.high", {"F32", {actions}, specification.action_high}},
+      {"layers.0.weight", {"F32", {actions, inputs}, weight}},
+      {"layers.0.bias", {"F32", {actions}, std::vector<double>(actions, 0)}},
+  };
+  const std::string bytes = written.bytes();
+  return {"remembering", {bytes.begin(), bytes.end()}};
+}
+
 class EpisodePlayerTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(EpisodePlayerTest, EpisodesHaveTheBitsOfSingleSteps) {
@@ -93,12 +121,14 @@ TEST_P(EpisodePlayerTest, EpisodesHaveTheBitsOfSingleSteps) {
   Policy first = shipped(id);
   Policy second = changed(first, 0.02F);
   const std::vector<World> worlds{{}, load_world("pushed")};
-  const std::vector<EpisodeJob> jobs{{0, 5, 0}, {1, 5, 0}, {0, 6, 1}, {1, 7, 1}, {0, 1U << 31U, 0}};
+  Policy third = remembering(id);
+  const std::vector<EpisodeJob> jobs{{0, 5, 0}, {2, 5, 0}, {1, 5, 0}, {2, 6, 1},
+                                     {0, 6, 1}, {1, 7, 1}, {2, 7, 0}, {0, 1U << 31U, 0}};
   EpisodePlayer player([&] { return make(id); }, {2, 3, true});  // fewer environments than jobs
-  const Outcomes outcomes = play(player, {&first, &second}, worlds, jobs);
+  const Outcomes outcomes = play(player, {&first, &second, &third}, worlds, jobs);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     SCOPED_TRACE(i);
-    Policy& policy = jobs[i].policy == 0 ? first : second;
+    Policy& policy = *std::array{&first, &second, &third}[jobs[i].policy];
     const PlayedEpisode expected = stepped(id, policy, jobs[i].seed, worlds[jobs[i].world]);
     EXPECT_EQ(fields(outcomes[i]), fields(expected));
     EXPECT_EQ(outcomes[i].observation_sums, expected.observation_sums);

@@ -93,6 +93,45 @@ TEST(Policy, ActionsAreSinglePrecision) {
   EXPECT_EQ(action, double{static_cast<float>(action)});
 }
 
+/// Inputs of a policy with two observations of two values and two actions of one.
+TEST(Policy, RemembersObservationsAndActions) {
+  PolicyBytes written = small_policy();
+  written.metadata["history.observations"] = written.metadata["history.actions"] = "2";
+  written.metadata["layers"] = "1";
+  for (const char* name : {"observation.mean", "observation.deviation"}) {
+    written.tensors[name] = {"F64", {6}, std::vector<double>(6, name[12] == 'm' ? 0 : 1)};
+  }
+  written.tensors["layers.0.weight"] = {"F32", {1, 6}, {0.01, 0.02, 0.03, 0.04, 0.25, 0.5}};
+  written.tensors["layers.0.bias"] = {"F32", {1}, {0}};
+  Policy policy = read(written.bytes());
+  EXPECT_EQ(policy.observation_size(), 2U);
+  EXPECT_EQ(policy.input_size(), 6U);
+  EXPECT_EQ(policy.history().observations, 2U);
+  EXPECT_EQ(policy.history().actions, 2U);
+  PolicyInput input(policy);
+  for (int episode = 0; episode < 2; ++episode) {
+    std::array<double, 2> actions{};  // the latest ones
+    std::array<double, 2> before{};
+    for (double step = 1; step < 5; ++step) {
+      const std::array<double, 2> observation{step, -step / 2};
+      const double* const given = input.observe(observation.data());
+      EXPECT_EQ(std::vector<double>(given, given + 6),
+                (std::vector<double>{before[0], before[1], observation[0], observation[1],
+                                     actions[0], actions[1]}));
+      double action = 0;
+      policy.act(given, &action);
+      EXPECT_NEAR(action,
+                  0.01 * before[0] + 0.02 * before[1] + 0.03 * observation[0] +
+                      0.04 * observation[1] + 0.25 * actions[0] + 0.5 * actions[1],
+                  1e-6);
+      input.remember(&action);
+      actions = {actions[1], action};
+      before = observation;
+    }
+    input.reset();
+  }
+}
+
 TEST(Policy, ReadsFiles) {
   const Folder folder;
   const std::string path = folder.write("toy.safetensors", small_policy().bytes());
@@ -155,6 +194,14 @@ TEST(Policy, RejectsUnsuitableContent) {
       {[](P& p) { p.metadata["output"] = "none"; }, "output = none: must be clip or tanh"},
       {[](P& p) { p.metadata["layers"] = "0"; }, "layers = 0: must be a number from 1 to 16"},
       {[](P& p) { p.metadata["layers"] = "3"; }, "it has no tensor layers.2.weight"},
+      {[](P& p) { p.metadata["history.observations"] = "0"; },
+       "history.observations = 0: must be a number from 1 to 1000"},
+      {[](P& p) { p.metadata["history.actions"] = "-1"; },
+       "history.actions = -1: must be a number from 0 to 1000"},
+      {[](P& p) { p.metadata["history.observations"] = "3"; },
+       "observation.mean has 2 values; must have those of 3 observations and 0 actions of 1"},
+      {[](P& p) { p.metadata["history.actions"] = "2"; },
+       "observation.mean has 2 values; must have those of 1 observations and 2 actions of 1"},
       {[](P& p) { p.tensors.erase("action.low"); }, "it has no tensor action.low"},
       {[](P& p) {
          p.tensors["observation.deviation"] = {"F64", {3}, {1, 1, 1}};

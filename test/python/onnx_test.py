@@ -10,7 +10,7 @@ import pytest
 from walker_sim import _core
 from walker_sim.commands.policies import shipped_policy
 from walker_sim.training import onnx_file
-from walker_sim.training.policy_file import read_policy, write_policy
+from walker_sim.training.policy_file import read_policy, with_history, write_policy
 
 ID = "Walker2d-v5"
 TOLERANCE = 1e-5  # the command's
@@ -47,6 +47,19 @@ def test_round_trip_of_shipped_policy(env_id, tmp_path, command):
     assert (tmp_path / "again.safetensors").read_bytes() == shipped_policy(env_id).read_bytes()
     error = command(*words, "--normalization", "a.pkl", status=2).err
     assert "--normalization a.pkl is not allowed" in error
+
+
+def test_round_trip_of_a_policy_that_remembers(tmp_path, command):
+    policy = with_history(read_policy(shipped_policy(ID)), (3, 2))
+    (weight, bias), *others = policy.layers
+    noise = np.random.default_rng(0).normal(0, 0.01, weight.shape).astype(np.float32)
+    policy.layers = [(weight + noise, bias), *others]
+    files = [tmp_path / name for name in ("walker.safetensors", "walker.onnx", "again.safetensors")]
+    write_policy(policy, files[0])
+    command("convert", *files[:2])
+    assert session_of(files[1]).get_inputs()[0].shape == ["n", 3 * 17 + 2 * 6]
+    command("convert", *files[1:])
+    assert files[2].read_bytes() == files[0].read_bytes()
 
 
 @pytest.mark.parametrize("output", ["clip", "tanh"])

@@ -135,6 +135,8 @@ class Policy:
     notes: Final[dict[str, str]]
     observation_size: Final[int]
     action_size: Final[int]
+    input_size: Final[int]
+    history: Final[tuple[int, int]]
     parameters: Final[list[float]]
     def with_parameters(self, parameters: Array) -> Policy: ...
     def check(self, id: str, parameters: ByName) -> None: ...

@@ -18,6 +18,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.errors import InvalidAction
 from walker_sim.files import package_file
 from walker_sim.training.models import ModelError, load_sb3, read_vec_normalize
+from walker_sim.training.policy_file import NO_MEMORY
 from walker_sim.walkers import Specification
 
 Policies = Callable[[int], Policy]
@@ -90,14 +91,25 @@ def shipped_policy(env_id: str, kind: str = "shipped") -> Path:
 
 
 def acting(agent: _core.Agent | _core.Policy, size: int) -> Policy:
-    """Returns a function that returns the core's actions, all in the same array."""
-    action = np.empty(size)
+    """Returns a function for one episode that returns the core's actions, all in the same array."""
+    action = np.zeros(size)
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
         agent.act(np.ascontiguousarray(observation, np.float64), action)
         return action
 
-    return act
+    if not isinstance(agent, _core.Policy) or agent.history == NO_MEMORY:
+        return act
+    input = np.zeros(agent.input_size)
+    observed, acted = np.split(input, [agent.history[0] * agent.observation_size])
+
+    def remember(observation: NDArray[Any]) -> NDArray[Any]:
+        for part, newest in ((observed, observation), (acted, action)):
+            if part.size:
+                part[:] = np.concatenate([part[len(newest) :], newest])
+        return act(input)
+
+    return remember
 
 
 def _agents(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:
@@ -131,16 +143,18 @@ def find_network(
 
 
 def _acting(network: _core.Policy, text: str) -> Policies:
-    """Makes one policy for all episodes: a network has no state."""
-    policy = acting(network, network.action_size)
+    def policy_of(seed: int) -> Policy:
+        policy = acting(network, network.action_size)
 
-    def act(observation: NDArray[Any]) -> NDArray[Any]:
-        action = policy(observation)
-        if not np.isfinite(action).all():  # large weights overflow
-            raise PolicyFailed(f"--policy {text}: action = {action}: must be finite")
-        return action
+        def act(observation: NDArray[Any]) -> NDArray[Any]:
+            action = policy(observation)
+            if not np.isfinite(action).all():  # large weights overflow
+                raise PolicyFailed(f"--policy {text}: action = {action}: must be finite")
+            return action
 
-    return lambda seed: act
+        return act
+
+    return policy_of
 
 
 def _user_functions(text: str, size: int) -> Policies:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.episode_player import make_player
-from walker_sim.training.policy_file import PolicyFile, to_bytes
+from walker_sim.training.policy_file import NO_MEMORY, PolicyFile, to_bytes
 from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
 from walker_sim.training.stage import Stage, Stopped
 
@@ -149,8 +149,10 @@ class Evolution(Stage):
             np.array(specification[f"action_{end}"], np.float32) for end in ("low", "high")
         )
         hidden = LAYERS if settings.layers is None else settings.layers
-        sizes = [self._sums.shape[1], *hidden, len(low)]
         start = self.read_start()
+        history = (settings.history if start is None else start.history) or NO_MEMORY
+        inputs = history[0] * self._sums.shape[1] + history[1] * len(low)
+        sizes = [inputs, *hidden, len(low)]
         if start is not None:
             if settings.layers is not None:
                 start.layers = _fitted(start, sizes, random)
@@ -165,14 +167,17 @@ class Evolution(Stage):
             low=low,
             high=high,
             layers=_fitted(None, sizes, random),
+            history=history,
         )
 
     def _normalise(self) -> None:
         """Sets the mean and deviation of all observations so far."""
         count, total, squares = self._sums
         mean = total / count
-        self._template.mean = mean
-        self._template.deviation = np.sqrt(np.maximum(squares / count - mean**2, 0) + 1e-8)
+        deviation = np.sqrt(np.maximum(squares / count - mean**2, 0) + 1e-8)
+        num = self._template.history[0]
+        for values, each in ((self._template.mean, mean), (self._template.deviation, deviation)):
+            values[: num * len(each)] = np.tile(each, num)
         self._network = _core.Policy.from_bytes("network", to_bytes(self._template))
 
 

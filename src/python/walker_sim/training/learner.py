@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 import torch
+from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 from torch import nn
 
 from walker_sim.training import ppo
 from walker_sim.training.models import actor_layers
-from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
+from walker_sim.training.policy_file import NO_MEMORY, OBSERVATION_CLIP, PolicyFile
 from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
@@ -60,11 +61,60 @@ class DelayedActions(VecEnvWrapper):
         return outcome
 
 
+class Remembered(VecEnvWrapper):
+    """Observes the inputs of policies that remember: `PolicyFile.history`."""
+
+    def __init__(self, venv: VecEnv, history: tuple[int, int]) -> None:
+        spaces = (venv.observation_space, venv.action_space)
+        low, high = (
+            np.concatenate([np.tile(getattr(each, end), n) for each, n in zip(spaces, history)])
+            for end in ("low", "high")
+        )
+        dtype = spaces[0].dtype
+        super().__init__(venv, Box(low.astype(dtype), high.astype(dtype), dtype=dtype.type))
+        self._inputs = np.zeros((self.num_envs, len(low)), dtype)
+        size = spaces[0].shape[0]
+        self._newest = slice(size * (history[0] - 1), size * history[0])
+
+    def reset(self) -> Any:
+        self._inputs[:] = 0
+        return self._observe(self.venv.reset())
+
+    def step_async(self, actions: NDArray[np.float32]) -> None:
+        self._append(self._inputs[:, self._newest.stop :], actions)
+        self.venv.step_async(actions)
+
+    def step_wait(self) -> Any:
+        observations, rewards, dones, infos = self.venv.step_wait()
+        first, ended = observations.copy(), np.flatnonzero(dones)
+        for index in ended:
+            observations[index] = infos[index]["terminal_observation"]
+        inputs = self._observe(observations)
+        for index in ended:
+            infos[index]["terminal_observation"] = inputs[index].copy()
+        self._inputs[ended] = 0  # the next episodes begin
+        self._inputs[ended, self._newest] = first[ended]
+        inputs[ended] = self._inputs[ended]
+        return inputs, rewards, dones, infos
+
+    def _observe(self, observations: NDArray[Any]) -> NDArray[Any]:
+        self._append(self._inputs[:, : self._newest.stop], observations)
+        return self._inputs.copy()
+
+    @staticmethod
+    def _append(part: NDArray[Any], newest: NDArray[Any]) -> None:
+        """Drops the oldest values of a part of all inputs, unless it is empty, for the newest."""
+        if part.size:
+            part[:] = np.concatenate([part[:, newest.shape[1] :], newest], axis=1)
+
+
 def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
     """Adds the wrappers. The monitor is innermost: reported returns have no bound."""
     walkers = VecMonitor(walkers)
     if settings.action_delay > 0:
         walkers = DelayedActions(walkers, settings.action_delay, settings.seed)
+    if settings.history not in (None, NO_MEMORY):
+        walkers = Remembered(walkers, settings.history)
     walkers = BoundedRewards(walkers)
     return VecNormalize(walkers, gamma=settings.gamma, clip_obs=OBSERVATION_CLIP)
 
@@ -129,7 +179,9 @@ def settings_for(start: PolicyFile, settings: Settings) -> Settings:
         )
     if start.output != "clip":
         raise ValueError("start: its actions are squashed by tanh; PPO's must be clipped")
-    return dataclasses.replace(settings, layers=sizes, activation=start.activation)
+    return dataclasses.replace(
+        settings, layers=sizes, activation=start.activation, history=start.history
+    )
 
 
 def begin_with(start: PolicyFile, model: Any) -> None:

@@ -39,6 +39,8 @@ class Model:
         environment's.
     env_id, parameters
         The environment of the training, if the model names it.
+    history
+        As in `PolicyFile`; None: the latest observations alone, as VecFrameStack stacks them.
     """
 
     layers: list[tuple[Array, Array]]
@@ -50,6 +52,7 @@ class Model:
     limits: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
     env_id: str = ""
     parameters: dict[str, str] = field(default_factory=dict)
+    history: tuple[int, int] | None = None
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -63,18 +66,20 @@ def to_policy(
     """Makes a policy of a model, and of a `VecNormalize` file if there is one; ModelError if the
     sizes or the normalisation do not fit the environment."""
     sizes = len(specification["observation_low"]), len(specification["action_low"])
-    if model.sizes != sizes:
+    history = model.history or (max(model.sizes[0] // sizes[0], 1), 0)
+    if model.sizes != (history[0] * sizes[0] + history[1] * sizes[1], sizes[1]):
         raise ModelError(
             f"takes {model.sizes[0]} observations and gives {model.sizes[1]} actions; {env_id} has"
             f" {sizes[0]} and {sizes[1]}"
         )
-    mean, deviation = model.normalization or (np.zeros(sizes[0]), np.ones(sizes[0]))
+    inputs = model.sizes[0]
+    mean, deviation = model.normalization or (np.zeros(inputs), np.ones(inputs))
     if normalization is not None:
         if model.normalization is not None:
             raise ModelError(
                 f"normalises observations itself: --normalization {normalization} is not allowed"
             )
-        statistics = read_vec_normalize(normalization, sizes[0])
+        statistics = read_vec_normalize(normalization, inputs)
         if not statistics.norm_obs:
             raise ModelError(f"--normalization {normalization}: does not normalise observations")
         if statistics.clip_obs != OBSERVATION_CLIP:
@@ -98,6 +103,7 @@ def to_policy(
         high=high.astype(np.float32),
         layers=model.layers,
         notes=model.notes,
+        history=history,
     )
 
 

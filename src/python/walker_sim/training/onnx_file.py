@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import walker_sim
-from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile
+from walker_sim.training.policy_file import OBSERVATION_CLIP, PolicyFile, history_notes
 
 OPSET = 13  # of 2020: the first in which every operator below takes float64 where it has to
 IR_VERSION = 7  # of the same release of ONNX
@@ -48,7 +48,8 @@ def to_model(policy: PolicyFile, dtype: str) -> Any:
     The model computes as src/policy/network.cpp does: it normalises in double precision, and the
     layers are in single precision. Input ``observation``, shape (n, observation size), has the type
     of the environment's observations, `dtype`; output ``action``, shape (n, action size), is
-    float32. The model's metadata is that of the policy file.
+    float32. The observation of a policy that remembers is its whole input. The model's metadata is
+    that of the policy file.
     """
     onnx = import_onnx()
     helper, types = onnx.helper, onnx.TensorProto
@@ -85,7 +86,8 @@ def to_model(policy: PolicyFile, dtype: str) -> Any:
         ir_version=IR_VERSION,
     )
     parameters = json.dumps(policy.parameters, sort_keys=True)
-    helper.set_model_props(model, {"id": policy.env_id, "parameters": parameters, **policy.notes})
+    own = {"id": policy.env_id, "parameters": parameters, **history_notes(policy)}
+    helper.set_model_props(model, {**own, **policy.notes})
     onnx.checker.check_model(model, full_check=True)
     return model
 

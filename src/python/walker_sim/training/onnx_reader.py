@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from walker_sim.training.models import Array, Model, ModelError
 from walker_sim.training.onnx_file import import_onnx, load_onnx
-from walker_sim.training.policy_file import OBSERVATION_CLIP, OWN_METADATA
+from walker_sim.training.policy_file import OBSERVATION_CLIP, OWN_METADATA, history_of
 
 Constants = Dict[int, NDArray[Any]]
 """Constant inputs of a node by their positions. The missing one is the value of the node before."""
@@ -86,6 +86,7 @@ def _read_output(proto: Any, output: str) -> Model:
         limits=chain.limits(len(layers[-1][1])),
         env_id=metadata.get("id", "") if is_ours else "",
         parameters=json.loads(metadata.get("parameters", "{}")) if is_ours else {},
+        history=history_of(metadata) if is_ours else None,
     )
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import json
 import os
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,9 @@ from walker_sim import _core
 from walker_sim.files import replace_file
 
 FORMAT = "walker_sim policy 1"
-OWN_METADATA = ("format", "id", "parameters", "activation", "output", "layers")
+HISTORY = ("history.observations", "history.actions")
+NO_MEMORY = (1, 0)
+OWN_METADATA = ("format", "id", "parameters", "activation", "output", "layers", *HISTORY)
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped to plus and minus this value, the default of
 Stable-Baselines3's VecNormalize. src/policy/network.cpp does the same."""
@@ -38,13 +40,16 @@ class PolicyFile:
     output
         clip: clips the last layer's values to the action's limits; tanh: scales their tanh to them.
     mean, deviation
-        Mean and standard deviation of observations, float64, shape (observation size,).
+        Mean and standard deviation of the input, float64, shape (input size,).
     low, high
         Limits of the action, float32, shape (action size,).
     layers
         Weight, shape (outputs, inputs), and bias, shape (outputs,), of each layer, float32.
     notes
         Further metadata, texts by name: e.g. the settings' hash, steps, seed.
+    history
+        Numbers of latest observations and of latest actions in the input, which is the observations
+        and then the actions, each from the oldest to the newest; zeros before the first step.
     """
 
     env_id: str
@@ -57,6 +62,7 @@ class PolicyFile:
     high: NDArray[np.float32]
     layers: list[tuple[NDArray[np.float32], NDArray[np.float32]]]
     notes: dict[str, str] = field(default_factory=dict)
+    history: tuple[int, int] = NO_MEMORY
 
 
 def to_bytes(policy: PolicyFile) -> bytes:
@@ -79,6 +85,7 @@ def to_bytes(policy: PolicyFile) -> bytes:
             "activation": policy.activation,
             "output": policy.output,
             "layers": str(len(policy.layers)),
+            **history_notes(policy),
             **policy.notes,
         }
     }
@@ -129,7 +136,60 @@ def read_policy(path: Path) -> PolicyFile:
         high=tensors["action.high"],
         layers=layers,
         notes={name: text for name, text in metadata.items() if name not in OWN_METADATA},
+        history=history_of(metadata),
     )
+
+
+def history_notes(policy: PolicyFile) -> dict[str, str]:
+    """Returns the metadata that policies which remember have in addition."""
+    return {} if policy.history == NO_MEMORY else dict(zip(HISTORY, map(str, policy.history)))
+
+
+def history_of(metadata: Mapping[str, str]) -> tuple[int, int]:
+    observations, actions = (
+        int(metadata.get(name, absent)) for name, absent in zip(HISTORY, NO_MEMORY)
+    )
+    return observations, actions
+
+
+def with_history(policy: PolicyFile, history: tuple[int, int]) -> PolicyFile:
+    """Returns a policy that acts likewise and gets more of the past, which it ignores.
+
+    ValueError if it would get less.
+    """
+    if any(own > wanted for own, wanted in zip(policy.history, history)):
+        raise ValueError(
+            f"history = {list(history)}: must be at least {list(policy.history)}, which the policy "
+            "to start from has"
+        )
+    sizes = observation_size(policy), len(policy.low)
+    begins = np.cumsum([0, sizes[0] * policy.history[0]])  # of the observations and the actions
+
+    def extended(values: NDArray[Any], padding: NDArray[Any]) -> NDArray[Any]:
+        """Puts padding, one observation and one action wide, before each part of the input."""
+        parts = []
+        for begin, own, wanted, pad in zip(
+            begins, policy.history, history, np.split(padding, [sizes[0]], axis=-1)
+        ):
+            parts += [pad] * (wanted - own)
+            parts.append(values[..., begin : begin + own * pad.shape[-1]])
+        return np.concatenate(parts, axis=-1)
+
+    newest = slice(begins[1] - sizes[0], begins[1])
+    unit = np.ones(sizes[1])
+    (weight, bias), *others = policy.layers
+    return replace(
+        policy,
+        mean=extended(policy.mean, np.concatenate([policy.mean[newest], 0 * unit])),
+        deviation=extended(policy.deviation, np.concatenate([policy.deviation[newest], unit])),
+        layers=[(extended(weight, np.zeros((len(bias), sum(sizes)), np.float32)), bias), *others],
+        history=history,
+    )
+
+
+def observation_size(policy: PolicyFile) -> int:
+    observations, actions = policy.history
+    return (len(policy.mean) - actions * len(policy.low)) // observations
 
 
 def write_policy(policy: PolicyFile, path: Path) -> None:

@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from walker_sim import sb3
 from walker_sim.training import learner
-from walker_sim.training.policy_file import PolicyFile
+from walker_sim.training.policy_file import NO_MEMORY, PolicyFile
 from walker_sim.training.settings import ACTIVATION, Settings
 from walker_sim.training.stage import Stage
 
@@ -130,6 +130,7 @@ class Training(Stage):
             high=walkers.action_space.high,
             layers=list(zip(arrays[::2], arrays[1::2])),
             notes=self.notes(),
+            history=settings.history or NO_MEMORY,
         )
 
     def save(self, folder: Path) -> None:

@@ -93,6 +93,12 @@ def _layers(name: str, value: Any) -> tuple[int, ...]:
     return tuple(_whole(1, 4096)(name, size) for size in value)
 
 
+def _history(name: str, value: Any) -> tuple[int, int]:
+    is_pair = isinstance(value, (list, tuple)) and len(value) == 2
+    _require(is_pair, name, value, "two whole numbers, of observations and of actions")
+    return _whole(1, 1000)(name, value[0]), _whole(0, 1000)(name, value[1])
+
+
 def _mapping(name: str, value: Any) -> dict[Any, Any]:
     _require(isinstance(value, dict), name, value, "a mapping")
     return dict(value)
@@ -237,6 +243,9 @@ class Settings:
     """Sizes of the hidden layers; None: [64, 64], or those of the policy to start from."""
     activation: str | None = _setting(None, _optional(_one_of("tanh", "relu")))
     """None: tanh, or that of the policy to start from."""
+    history: tuple[int, int] | None = _setting(None, _optional(_history))
+    """Numbers of latest observations and of latest actions that the policy acts on; None: [1, 0],
+    the present observation, or those of the policy to start from."""
     log_std: tuple[float, float] | None = _setting((-0.5, -2.0), _optional(_pair(-20, 2)), "ppo")
     """Logarithm of the exploration noise's standard deviation at the beginning and at the end,
     linear between; None: learnt, from -0.5."""
@@ -321,7 +330,7 @@ class Settings:
 
 _LATER = (
     *("world", "curriculum", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
-    *("max_difference", "deviation_weight", "start_weight", "keep_best_by"),
+    *("max_difference", "deviation_weight", "start_weight", "keep_best_by", "history"),
 )
 
 

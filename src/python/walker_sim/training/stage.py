@@ -21,7 +21,13 @@ from walker_sim.errors import UnknownKeyword
 from walker_sim.files import remove_unfinished, replace_file
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
-from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes, write_policy
+from walker_sim.training.policy_file import (
+    PolicyFile,
+    read_policy,
+    to_bytes,
+    with_history,
+    write_policy,
+)
 from walker_sim.training.settings import Part, Settings
 from walker_sim.training.settings_file import read_settings, write_settings
 from walker_sim.worlds import World
@@ -316,7 +322,7 @@ class Stage(ABC):
                 "policy to start from has it"
             )
         policy.env_id, policy.parameters = self.env_id, self.parameter_texts
-        return policy
+        return with_history(policy, settings.history or policy.history)
 
     def _worth(self, point: Point) -> float:
         """Returns the number of an evaluation by which the best policy is chosen."""
