@@ -15,6 +15,7 @@
 namespace walker {
 
 class Forward;
+class PolicyInput;
 
 /// A file is not a policy or does not fit the environment. The message names the file and the
 /// reason.
@@ -29,8 +30,8 @@ struct PolicyHistory {
 };
 
 /// A multilayer perceptron in single precision. Its input is the observation or, if the policy
-/// remembers, a `PolicyInput`. It is normalised first, and the output is limited to the action's
-/// bounds. docs/policies.md documents the file format.
+/// remembers, that of a `PolicyInput`. It is normalised first, and the output is limited to the
+/// action's bounds. docs/policies.md documents the file format.
 class WALKER_SIM_EXPORT Policy {
  public:
   /// Reads a safetensors file.
@@ -70,14 +71,23 @@ class WALKER_SIM_EXPORT Policy {
   Policy with_parameters(const std::vector<float>& parameters) const;
 
   /// Computes the deterministic action. Allocates no memory. Not thread-safe.
-  /// @param input `input_size()` values: the observation, or a `PolicyInput`
+  /// @param observation `observation_size()` values
   /// @param action caller's buffer, `action_size()` values: single precision, within the bounds;
   ///               NaN if the layers overflow single precision
-  void act(const double* input, double* action);
+  /// @throws PolicyError if the policy remembers
+  void act(const double* observation, double* action);
 
   /// Computes several actions at once: faster, and bitwise equal to single calls.
-  /// @param inputs, actions `rows` rows
-  void act(const double* inputs, std::size_t rows, double* actions);
+  /// @param observations, actions `rows` rows
+  /// @throws PolicyError likewise
+  void act(const double* observations, std::size_t rows, double* actions);
+
+  /// Acts on an observation and on what the policy remembers of the episode, and adds both to it.
+  /// @param input of this policy
+  void act(const double* observation, PolicyInput& input, double* action);
+
+  /// @param inputs, actions `rows` rows; `input_size()` values each, as `PolicyInput` has them
+  void act_on_inputs(const double* inputs, std::size_t rows, double* actions);
 
  private:
   struct State;

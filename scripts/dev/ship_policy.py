@@ -21,7 +21,7 @@ import numpy as np
 from PIL import Image
 from walker_sim import _core
 from walker_sim.commands import main as walker_sim
-from walker_sim.commands.policies import shipped_policy
+from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.training.curve import read_curve
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.settings_file import read_settings
@@ -78,13 +78,12 @@ def draw_gait(env_id, kind, path):
     camera = {} if env_id.startswith("Bipedal") else {"camera_name": "track"}
     environment = gymnasium.make(f"walker_sim/{env_id}", render_mode="rgb_array", **camera)
     policy = _core.Policy(str(shipped_policy(env_id, kind)))
+    act = acting(policy, policy.action_size)
     observation, _ = environment.reset(seed=1_000_000)
-    action = np.empty(environment.action_space.shape)
     every = max(round(SECONDS / PICTURES / environment.unwrapped.dt), 1)
     pictures = []
     for step in range(FIRST_STEP + PICTURES * every):
-        policy.act(observation.astype(np.float64), action)
-        observation, *_ = environment.step(action.astype(np.float32))
+        observation, *_ = environment.step(act(observation).astype(np.float32))
         if step >= FIRST_STEP and (step - FIRST_STEP) % every == 0:
             pictures.append(cropped(environment.render()))
     strip = Image.fromarray(np.concatenate(pictures, axis=1))

@@ -178,8 +178,7 @@ class PolicyAgent : public Agent {
   void reset() override { input_.reset(); }
 
   const std::vector<double>& act(const std::vector<double>& observation) override {
-    policy_.act(input_.observe(observation.data()), action_.data());
-    input_.remember(action_.data());
+    policy_.act(observation.data(), input_, action_.data());
     return action_;
   }
 
@@ -290,9 +289,24 @@ Policy Policy::with_parameters(const std::vector<float>& parameters) const {
       State{state_->name, state_->id, state_->notes, Forward(std::move(network))}));
 }
 
-void Policy::act(const double* input, double* action) { act(input, 1, action); }
+void Policy::act(const double* observation, double* action) { act(observation, 1, action); }
 
-void Policy::act(const double* inputs, std::size_t rows, double* actions) {
+void Policy::act(const double* observations, std::size_t rows, double* actions) {
+  const auto& [num_observations, num_actions] = history();
+  if (num_observations > 1 || num_actions > 0) {
+    throw PolicyError("policy " + printable(state_->name) + ": acts on its last " +
+                      std::to_string(num_observations) + " observations and " +
+                      std::to_string(num_actions) + " actions; must be given a PolicyInput");
+  }
+  act_on_inputs(observations, rows, actions);
+}
+
+void Policy::act(const double* observation, PolicyInput& input, double* action) {
+  act_on_inputs(input.observe(observation), 1, action);
+  input.remember(action);
+}
+
+void Policy::act_on_inputs(const double* inputs, std::size_t rows, double* actions) {
   state_->forward.act(inputs, rows, actions, state_->scratch);
 }
 

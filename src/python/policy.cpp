@@ -90,8 +90,8 @@ class PolicyBinding : public Policy {
     constexpr std::size_t kRowsPerCheck = 16;
     for (std::size_t row = 0; row < rows; row += kRowsPerCheck) {
       check_step_interruption();
-      Policy::act(input.data() + row * input_size(), std::min(kRowsPerCheck, rows - row),
-                  actions_.data() + row * action_size());
+      act_on_inputs(input.data() + row * input_size(), std::min(kRowsPerCheck, rows - row),
+                    actions_.data() + row * action_size());
     }
     output.write(actions_.data());
   }

@@ -13,7 +13,8 @@ void run(const std::uint8_t* data, std::size_t size) {
     Policy policy("file", {data, data + size});
     const std::vector<double> observation(policy.observation_size(), 0.5);
     std::vector<double> action(policy.action_size());
-    policy.act(observation.data(), action.data());
+    PolicyInput input(policy);
+    policy.act(observation.data(), input, action.data());
   } catch (const PolicyError& refusal) {
     accept(refusal);
   }

@@ -76,8 +76,7 @@ PlayedEpisode stepped(const std::string& id, Policy& policy, std::uint64_t seed,
       played.observation_sums[i] += value;
       played.observation_squares[i] += value * value;
     }
-    policy.act(input.observe(walker.observation.data()), action.data());
-    input.remember(action.data());
+    policy.act(walker.observation.data(), input, action.data());
     walker.step(action);
     played.episode_return += walker.result.reward;
     ++played.length;

@@ -108,23 +108,27 @@ TEST(Policy, RemembersObservationsAndActions) {
   EXPECT_EQ(policy.input_size(), 6U);
   EXPECT_EQ(policy.history().observations, 2U);
   EXPECT_EQ(policy.history().actions, 2U);
+  const std::array<double, 2> alone{1, 1};
+  EXPECT_EQ(
+      message_of<PolicyError>([&] { policy.act(alone.data(), nullptr); }),
+      "policy toy: acts on its last 2 observations and 2 actions; must be given a PolicyInput");
   PolicyInput input(policy);
   for (int episode = 0; episode < 2; ++episode) {
     std::array<double, 2> actions{};  // the latest ones
     std::array<double, 2> before{};
     for (double step = 1; step < 5; ++step) {
       const std::array<double, 2> observation{step, -step / 2};
-      const double* const given = input.observe(observation.data());
+      PolicyInput copy = input;
+      const double* const given = copy.observe(observation.data());
       EXPECT_EQ(std::vector<double>(given, given + 6),
                 (std::vector<double>{before[0], before[1], observation[0], observation[1],
                                      actions[0], actions[1]}));
       double action = 0;
-      policy.act(given, &action);
+      policy.act(observation.data(), input, &action);
       EXPECT_NEAR(action,
                   0.01 * before[0] + 0.02 * before[1] + 0.03 * observation[0] +
                       0.04 * observation[1] + 0.25 * actions[0] + 0.5 * actions[1],
                   1e-6);
-      input.remember(&action);
       actions = {actions[1], action};
       before = observation;
     }

@@ -43,10 +43,11 @@ void play(const std::string& server, const std::string& policy_file,
                                 " has a " + specification.id);
   }
   std::vector<double> action(policy.action_size());
+  walker::PolicyInput input(policy);
   walker::Transition state;
   client->reset(seed, state);
   while (!state.terminated && !state.truncated) {
-    policy.act(state.observation.data(), action.data());
+    policy.act(state.observation.data(), input, action.data());
     client->step(action.data(), action.size(), state);
   }
   std::printf("%u steps, return %.17g\n", state.step, state.episode_return);
