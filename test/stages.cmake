@@ -109,7 +109,7 @@ if(is_debian_12)
   walker_sim_add_examples(exchange long python/minari python/onnx python/onnx_reader)
   walker_sim_add_examples(gymnasium long examples/cleanrl_ppo)
   walker_sim_add_examples(ray nightly examples/ray_rollouts examples/rllib_ppo)
-  walker_sim_add_examples(sb3 long python/curriculum python/memory python/normalization python/sb3
+  walker_sim_add_examples(sb3 long python/curriculum python/history python/normalization python/sb3
     python/sb3_make_vec_env python/sb3_models python/sb3_promises python/sb3_worlds python/train
     examples/sb3_ppo)
   walker_sim_add_examples(torch long python/torch)

@@ -29,8 +29,8 @@ struct PolicyHistory {
   std::size_t actions = 0;       ///< the latest ones
 };
 
-/// A multilayer perceptron in single precision. Its input is the observation or, if the policy
-/// remembers, that of a `PolicyInput`. It is normalised first, and the output is limited to the
+/// A multilayer perceptron in single precision. Its input is the observation or, if the policy has
+/// a history, that of a `PolicyInput`. It is normalised first, and the output is limited to the
 /// action's bounds. docs/policies.md documents the file format.
 class WALKER_SIM_EXPORT Policy {
  public:
@@ -74,7 +74,7 @@ class WALKER_SIM_EXPORT Policy {
   /// @param observation `observation_size()` values
   /// @param action caller's buffer, `action_size()` values: single precision, within the bounds;
   ///               NaN if the layers overflow single precision
-  /// @throws PolicyError if the policy remembers
+  /// @throws PolicyError if the policy has a history
   void act(const double* observation, double* action);
 
   /// Computes several actions at once: faster, and bitwise equal to single calls.
@@ -82,8 +82,9 @@ class WALKER_SIM_EXPORT Policy {
   /// @throws PolicyError likewise
   void act(const double* observations, std::size_t rows, double* actions);
 
-  /// Acts on an observation and on what the policy remembers of the episode, and adds both to it.
-  /// @param input of this policy
+  /// Computes the action for the next observation of an episode; adds both to `input`.
+  /// @param input made for this policy, `reset` when the episode began
+  /// @throws PolicyError if it was made for a policy with another history or other sizes
   void act(const double* observation, PolicyInput& input, double* action);
 
   /// @param inputs, actions `rows` rows; `input_size()` values each, as `PolicyInput` has them
@@ -98,20 +99,22 @@ class WALKER_SIM_EXPORT Policy {
 };
 
 /// What a policy acts on in an episode: its latest observations, then the actions that it gave to
-/// them, each from the oldest to the newest. What was before the first step is zero. Whoever plays
-/// the episode holds it.
+/// them, each from the oldest to the newest. What was before the first step is zero. Each walker
+/// needs its own.
 class WALKER_SIM_EXPORT PolicyInput {
  public:
   explicit PolicyInput(const Policy& policy);
+
+  std::size_t size() const { return values_.size(); }
 
   /// Begins an episode.
   void reset();
 
   /// Adds an observation. @return the input, `Policy::input_size()` values until the next call
-  const double* observe(const double* observation);
+  const double* add_observation(const double* observation);
 
   /// Adds the action that the policy gave to the latest observation.
-  void remember(const double* action);
+  void add_action(const double* action);
 
  private:
   std::size_t observation_size_;

@@ -150,7 +150,7 @@ def main():
     last = read_curve(run / "curve.csv")[-1]
     draw_gait(env_id, kind, cards / f"{name}_gait.png")
     layers = read_policy(run / "policy.safetensors").layers
-    sizes = [policy.observation_size, *(len(bias) for _, bias in layers)]
+    sizes = [policy.input_size, *(len(bias) for _, bias in layers)]
     stages = [settings.stage(index) for index in range(settings.num_stages)]
     text = CARD.format(
         id=env_id,

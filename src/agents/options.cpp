@@ -4,6 +4,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include <ros/console.h>
 #include <ros/package.h>
 
 #include "base/limits.h"
@@ -20,7 +21,9 @@ std::vector<ParameterDescription> agent_parameters() {
   return {
       {"agent", std::string("heuristic"), "", "Agent: policy, heuristic or random.", 0, 0},
       {"policy", std::string(), "",
-       "Policy file; empty: the policy shipped for the environment; robust: its robust one.", 0, 0},
+       "Policy file; shipped: the package's policy for the environment; robust: its robust one; "
+       "empty: the robust one if the world is not Gymnasium's, else the shipped one.",
+       0, 0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
       {"env", std::string(), "", "Id of the environment; empty: the server's.", 0, 0},
       {"seeds", std::string(), "",
@@ -67,7 +70,8 @@ AgentOptions read_agent_options() {
   return options;
 }
 
-std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification) {
+std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification,
+                                  const World& world) {
   if (options.agent != "policy") {
     if (!options.policy.empty()) {
       throw std::invalid_argument("policy = " + options.policy +
@@ -79,16 +83,25 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
     }
     return make_agent(options.agent, specification, options.agent_seed);
   }
-  const bool is_robust = options.policy == "robust";
-  if (!options.policy.empty() && !is_robust) {
-    return make_policy_agent(expand_home(options.policy), specification);
+  const std::string& policy = options.policy;
+  if (!policy.empty() && policy != "shipped" && policy != "robust") {
+    return make_policy_agent(expand_home(policy), specification);
   }
-  const std::string file = ros::package::getPath("walker_sim") + "/assets/policies/" +
-                           specification.id + (is_robust ? "-robust" : "") + ".safetensors";
-  if (is_robust && !std::ifstream(file)) {
+  const std::string file =
+      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id;
+  const std::string robust = file + "-robust.safetensors";
+  const bool has_robust = std::ifstream(robust).good();
+  if (policy == "robust" && !has_robust) {
     throw std::invalid_argument("policy = robust: the package has none for " + specification.id);
   }
-  return make_policy_agent(file, specification);
+  if (policy == "robust" || (policy.empty() && has_robust && !world.empty())) {
+    if (policy.empty()) {
+      ROS_INFO(
+          "The world is not Gymnasium's, so the robust policy walks; the other is policy:=shipped");
+    }
+    return make_policy_agent(robust, specification);
+  }
+  return make_policy_agent(file + ".safetensors", specification);
 }
 
 }  // namespace walker

@@ -11,13 +11,14 @@
 #include "walker_sim/agent.h"
 #include "walker_sim/parameters.h"
 #include "walker_sim/specification.h"
+#include "walker_sim/world.h"
 
 namespace walker {
 
 /// Values of the nodes' private parameters.
 struct AgentOptions {
   std::string agent;                 ///< ~agent: policy, heuristic or random
-  std::string policy;                ///< ~policy: policy file; empty: the package's own
+  std::string policy;                ///< ~policy: policy file, shipped or robust; empty: either
   std::string server;                ///< ~server: the server's name, relative to the namespace
   std::string env;                   ///< ~env: id of the environment; empty: the server's
   std::vector<std::uint64_t> seeds;  ///< ~seeds: used in turn; empty: none are sent
@@ -35,8 +36,10 @@ std::vector<ParameterDescription> agent_parameters();
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed
 AgentOptions read_agent_options();
 
-/// Makes the agent that the options choose.
+/// Makes the agent that the options choose. Without a choice of a policy it is the shipped one or,
+/// in a world other than Gymnasium's, the robust one if the package has it.
 /// @throws std::invalid_argument if an option is invalid, or the agent does not fit the environment
-std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification);
+std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification,
+                                  const World& world);
 
 }  // namespace walker

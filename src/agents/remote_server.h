@@ -35,6 +35,9 @@ class RemoteServer {
 
   const std::string& name() const { return options_.server; }
 
+  /// The server's world at the first connection; empty: Gymnasium's, or not connected yet.
+  World world() const { return first_specification_ ? first_specification_->world : World{}; }
+
  private:
   bool wait_for_server();
   void connect();

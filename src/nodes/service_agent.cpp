@@ -23,7 +23,7 @@ class ServiceAgent {
                const Specification& specification)
       : options_(options),
         server_(server),
-        agent_(make_agent(options, specification)),
+        agent_(make_agent(options, specification, server.world())),
         pacer_(specification.dt, options.real_time_factor) {}
 
   void run() {

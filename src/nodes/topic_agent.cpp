@@ -39,7 +39,7 @@ class TopicAgent {
       : options_(options),
         server_(server),
         specification_(specification),
-        agent_(make_agent(options, specification)),
+        agent_(make_agent(options, specification, server.world())),
         builder_(make_observation_builder(
             specification.id, {specification.parameters.begin(), specification.parameters.end()})),
         observation_(specification.observation_size()),

@@ -210,7 +210,7 @@ class Worker {
         }
         network.act(inputs_.data(), count, &actions_[i * action_size], *scratch_);
         for (std::size_t row = i; row < i + count; ++row) {
-          playing_[row]->input->remember(&actions_[row * action_size]);
+          playing_[row]->input->add_action(&actions_[row * action_size]);
         }
       }
     }
@@ -236,7 +236,7 @@ class Worker {
       outcome.observation_sums[i] += observation_[i];
       outcome.observation_squares[i] += observation_[i] * observation_[i];
     }
-    return slot.input->observe(observation_.data());
+    return slot.input->add_observation(observation_.data());
   }
 
   /// Steps or resets the environments of slots.

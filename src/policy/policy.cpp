@@ -93,20 +93,20 @@ Layer read_layer(const Tensors& tensors, const std::string& name, Eigen::Index i
           vector(tensors, name + ".bias", outputs).cast<float>()};
 }
 
-std::size_t read_count(const std::string& name, const std::string& text, std::size_t least,
-                       std::size_t most) {
-  for (std::size_t count = least; count <= most; ++count) {
+std::size_t read_count(const std::string& name, const std::string& text, std::size_t min,
+                       std::size_t max) {
+  for (std::size_t count = min; count <= max; ++count) {
     if (text == std::to_string(count)) return count;
   }
   throw std::invalid_argument(name + " = " + text + ": must be a number from " +
-                              std::to_string(least) + " to " + std::to_string(most));
+                              std::to_string(min) + " to " + std::to_string(max));
 }
 
-/// Files of policies without memory do not have these entries.
+/// Returns the header's history; without such entries, the present observation alone.
 PolicyHistory read_history(std::map<std::string, std::string>& metadata) {
-  const auto read = [&metadata](const std::string& name, std::size_t absent, std::size_t least) {
+  const auto read = [&metadata](const std::string& name, std::size_t absent, std::size_t min) {
     return metadata.count(name) == 0 ? absent
-                                     : read_count(name, take(metadata, name), least, kMaxHistory);
+                                     : read_count(name, take(metadata, name), min, kMaxHistory);
   };
   return {read("history.observations", 1, 1), read("history.actions", 0, 0)};
 }
@@ -302,8 +302,13 @@ void Policy::act(const double* observations, std::size_t rows, double* actions) 
 }
 
 void Policy::act(const double* observation, PolicyInput& input, double* action) {
-  act_on_inputs(input.observe(observation), 1, action);
-  input.remember(action);
+  if (input.size() != input_size()) {
+    throw PolicyError("policy " + printable(state_->name) + ": the PolicyInput has " +
+                      std::to_string(input.size()) + " values; must have " +
+                      std::to_string(input_size()));
+  }
+  act_on_inputs(input.add_observation(observation), 1, action);
+  input.add_action(action);
 }
 
 void Policy::act_on_inputs(const double* inputs, std::size_t rows, double* actions) {
@@ -318,14 +323,14 @@ PolicyInput::PolicyInput(const Policy& policy)
 
 void PolicyInput::reset() { std::fill(values_.begin(), values_.end(), 0); }
 
-const double* PolicyInput::observe(const double* observation) {
+const double* PolicyInput::add_observation(const double* observation) {
   double* const end = values_.data() + num_observed_;
   std::copy(values_.data() + observation_size_, end, values_.data());
   std::copy_n(observation, observation_size_, end - observation_size_);
   return values_.data();
 }
 
-void PolicyInput::remember(const double* action) {
+void PolicyInput::add_action(const double* action) {
   if (values_.size() == num_observed_) return;
   double* const begin = values_.data() + num_observed_;
   double* const end = values_.data() + values_.size();

@@ -121,8 +121,8 @@ class GroundGenerator {
     stair_height_ = generator_.random() > 0.5 ? +1 : -1;
     section_y_ = y_;
     if (level_.stairs) {
-      const auto& [width, rise, most, vary] = *level_.stairs;
-      stair_steps_ = vary ? generator_.integers(0, most + 1) : most;
+      const auto& [width, rise, max_treads, varies] = *level_.stairs;
+      stair_steps_ = varies ? generator_.integers(0, max_treads + 1) : max_treads;
       const double length = static_cast<double>(stair_steps_) * width;
       if (stair_steps_ > 0) begin_obstacle(ObstacleKind::stairs, x, x + length);
       for (int s = 0; s < stair_steps_; ++s) {

@@ -41,11 +41,11 @@ struct Stairs {
   double tread_width;  ///< [m]
   double rise;         ///< of each tread [m]
   int num_treads;
-  bool vary = false;  ///< whether each flight draws its number of treads, from 0 to num_treads
+  bool varies = false;  ///< whether each flight draws its number of treads, from 0 to num_treads
 
   friend bool operator==(const Stairs& a, const Stairs& b) {
     return a.tread_width == b.tread_width && a.rise == b.rise && a.num_treads == b.num_treads &&
-           a.vary == b.vary;
+           a.varies == b.varies;
   }
 };
 

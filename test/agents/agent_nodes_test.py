@@ -110,6 +110,22 @@ class AgentNodesTest(ServerTest):
         for node_type in AGENTS:
             self.assert_refused(node_type, ["policy = robust", "Hopper-v5"], **robust)
 
+    def test_a_world_is_walked_by_the_robust_policy(self):
+        self.serve(mode="lockstep", max_episode_steps=5, world="pushed")
+        transitions = self.record("/transition", Transition)
+        for index, (given, name) in enumerate((({}, "-robust"), ({"policy": "shipped"}, ""))):
+            agent = self.start_agent(
+                "service_agent", episodes=1, seeds="5", agent="policy", **given
+            )
+            self.assertEqual(agent.wait(), 0, agent.output())
+            self.assertEqual("so the robust policy walks" in agent.output(), not given)
+            begin, step = transitions.wait_count(6 * (index + 1))[6 * index :][:2]
+            action = np.empty(4)
+            _core.Policy(included_policy(f"BipedalWalker-v3{name}")).act(
+                np.array(begin.observation), action
+            )
+            self.assertEqual(list(step.action), action.tolist())
+
     def test_a_policy_remembers_within_an_episode(self):
         policy = with_history(read_policy(Path(included_policy("BipedalWalker-v3"))), (3, 2))
         weight, bias = policy.layers[0]

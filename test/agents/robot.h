@@ -29,7 +29,7 @@ inline std::unique_ptr<Agent> make_node_agent(const std::string& name,
                                               const Specification& specification) {
   AgentOptions options{};
   options.agent = name;
-  return make_agent(options, specification);
+  return make_agent(options, specification, {});
 }
 
 struct Messages {

@@ -113,13 +113,17 @@ TEST(Policy, RemembersObservationsAndActions) {
       message_of<PolicyError>([&] { policy.act(alone.data(), nullptr); }),
       "policy toy: acts on its last 2 observations and 2 actions; must be given a PolicyInput");
   PolicyInput input(policy);
+  Policy other = read(small_policy().bytes());
+  double unused = 0;
+  EXPECT_EQ(message_of<PolicyError>([&] { other.act(alone.data(), input, &unused); }),
+            "policy toy: the PolicyInput has 6 values; must have 2");
   for (int episode = 0; episode < 2; ++episode) {
     std::array<double, 2> actions{};  // the latest ones
     std::array<double, 2> before{};
     for (double step = 1; step < 5; ++step) {
       const std::array<double, 2> observation{step, -step / 2};
       PolicyInput copy = input;
-      const double* const given = copy.observe(observation.data());
+      const double* const given = copy.add_observation(observation.data());
       EXPECT_EQ(std::vector<double>(given, given + 6),
                 (std::vector<double>{before[0], before[1], observation[0], observation[1],
                                      actions[0], actions[1]}));

@@ -129,10 +129,12 @@ def test_worlds_of_a_mixture_take_turns_by_their_weights():
     assert [part.name for part in mixture] == NAMES
     slippery, heavy, weak = ({"friction_scale": (0.1, 0.4)}, *(each.world for each in mixture[1:3]))
     assert in_turn(mixture) == [heavy, weak, slippery, heavy, weak, heavy]
+    twice = [part._replace(weight=2 * part.weight) for part in mixture]
+    assert in_turn(twice) == in_turn(mixture)
 
 
 @pytest.mark.parametrize(("kind", "given"), [(Evolution, ES), (Training, PPO)], ids=["es", "ppo"])
-@pytest.mark.parametrize("keep_best_by", ["mean", "least"])
+@pytest.mark.parametrize("keep_best_by", ["mean", "min"])
 def test_a_mixture_is_trained_in_and_evaluated(tmp_path, kind, given, keep_best_by, monkeypatch):
     mixed = {"world": MIXTURE, "curriculum": None, "keep_best_by": keep_best_by, "steps": 3000}
     settings = settings_from({**given, **mixed})
@@ -159,7 +161,7 @@ def test_a_mixture_is_trained_in_and_evaluated(tmp_path, kind, given, keep_best_
         assert list(point.means) == NAMES
         assert point.evaluation_return == pytest.approx(np.mean(list(point.means.values())), 1e-4)
     worths = [
-        min(point.means.values()) if keep_best_by == "least" else point.evaluation_return
+        min(point.means.values()) if keep_best_by == "min" else point.evaluation_return
         for point in points
     ]
     assert training.best == pytest.approx(max(worths), 1e-4)

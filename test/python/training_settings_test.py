@@ -56,10 +56,18 @@ def test_shipped_settings_survive_writing(tmp_path):
         ({"world": ["moon", "moon"]}, "world: 2: name = 'moon': must be another than those of the"),
         ({"world": [{"world": "moon", "name": ""}]}, "world: 1: name = '': must be a text"),
         (
-            {"world": ["moon", "pushed"], "curriculum": {"thresholds": [1, 2]}},
-            "must be null, because 2 worlds are trained in",
+            {"world": [{"world": "moon", "name": "steps"}]},
+            "world: 1: name = 'steps': must be another",
         ),
-        ({"keep_best_by": "most"}, "keep_best_by = 'most': must be one of mean, least"),
+        (
+            {"history": [4, 3], "stages": [{"algorithm": "es", "history": [4, 2]}]},
+            "stages: 1: history = [4, 2]: must be at least [4, 3] as in the stage before",
+        ),
+        (
+            {"world": ["moon", "pushed"], "curriculum": {"thresholds": [1, 2]}},
+            "must be null, because world lists 2 worlds",
+        ),
+        ({"keep_best_by": "most"}, "keep_best_by = 'most': must be one of mean, min"),
         ({"curriculum": 3}, "curriculum = 3: must be a mapping"),
         ({"curriculum": {"moves": 4}}, "must have thresholds: [LOW, HIGH]"),
         ({"curriculum": {"steps": 4}}, "steps: unknown; must be one of thresholds, moves, episod"),

@@ -26,6 +26,8 @@ class Policy:
         notes = header.pop("__metadata__")
         if (notes["activation"], notes["output"]) != ("tanh", "clip"):
             raise ValueError(f"{path}: {notes['activation']}, {notes['output']}: not known here")
+        if "history.observations" in notes:
+            raise ValueError(f"{path}: acts on its latest observations: not known here")
         tensors = {}
         for name, entry in header.items():
             begin, end = entry["data_offsets"]

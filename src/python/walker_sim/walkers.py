@@ -43,7 +43,7 @@ def release_of(engine_version: str) -> str:
 def variant_of(engine_version: str, key: str) -> str:
     """Returns the variant of what the engine's bits depend on; empty if the version lacks it.
 
-    The keys are ``libm``, the C library, and ``levels``, what they are made of.
+    Keys: ``libm``, the C library's variant; ``levels``, what levels are made of.
     """
     text = engine_version.partition(", stepped by ")[0]
     return text.partition(f", {key}: ")[2].partition(", ")[0]

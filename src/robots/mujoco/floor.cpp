@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <utility>
 
 #include "robots/mujoco/ground_contact.h"
 #include "robots/mujoco/physics.h"
@@ -57,7 +58,7 @@ int collide(const mjModel* model, const mjData* data, mjContact* contacts, int f
 }  // namespace
 
 int floor_of(const mjModel& model) {
-  constexpr double kTolerance = 1e-9;  // of the cosine of the tilt
+  constexpr double kTolerance = 1e-9;  // of 1 - cos(tilt)
   for (int geom = 0; geom < model.ngeom; ++geom) {
     if (model.geom_type[geom] != mjGEOM_PLANE || model.geom_bodyid[geom] != 0) continue;
     const mjtNum* const quaternion = at(model.geom_quat, geom, 4);
@@ -66,18 +67,20 @@ int floor_of(const mjModel& model) {
   return -1;
 }
 
-/// Asks the engine, with the robot far below the floor.
+/// Lets the engine find the contacts of the robot far below the floor.
 std::vector<int> geoms_on_floor(const mjModel& model) {
   constexpr double kDepth = 1e3;  // [m]
-  mjModel roomy = model;
-  roomy.nconmax += 8 * model.ngeom;
-  const DataPointer data = make_data(roomy);
+  mjModel enlarged = model;
+  enlarged.nconmax += 8 * model.ngeom;
+  const int floor = floor_of(model);
+  const DataPointer data = make_data(enlarged);
   data->qpos[kBaseZ] -= kDepth;
-  mj_kinematics(&roomy, data.get());
-  mj_collision(&roomy, data.get());
+  mj_kinematics(&enlarged, data.get());
+  mj_collision(&enlarged, data.get());
   std::set<int> geoms;
   std::for_each(data->contact, data->contact + data->ncon, [&](const mjContact& contact) {
-    if (contact.geom1 == floor_of(model)) geoms.insert(contact.geom2);
+    const bool moves = carrier_of(model, model.geom_bodyid[contact.geom2]) != 0;
+    if (contact.geom1 == floor && moves) geoms.insert(contact.geom2);
   });
   return {geoms.begin(), geoms.end()};
 }
@@ -97,16 +100,17 @@ std::string level_refusal(const mjModel& model) {
 }
 
 void install_ground_contacts() {
+  // Each copy of this library in a process installs its own once, over that of the copy before it.
   for (const std::size_t type : {mjGEOM_SPHERE, mjGEOM_CAPSULE}) {
+    if (plane_functions[type] != nullptr) continue;
     mjfCollision& installed = mjCOLLISIONFUNC[mjGEOM_PLANE][type];
-    if (installed == collide) continue;
     plane_functions[type] = installed;
     installed = collide;
   }
 }
 
-GroundInUse::GroundInUse(const GroundLine* line) { line_in_use = line; }
+GroundInUse::GroundInUse(const GroundLine* line) : before_(std::exchange(line_in_use, line)) {}
 
-GroundInUse::~GroundInUse() { line_in_use = nullptr; }
+GroundInUse::~GroundInUse() { line_in_use = before_; }
 
 }  // namespace walker::mujoco

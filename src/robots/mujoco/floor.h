@@ -18,7 +18,14 @@ int floor_of(const mjModel& model);
 std::vector<int> geoms_on_floor(const mjModel& model);
 
 /// Returns why a level cannot replace the model's floor; empty: it can.
+/// @param model of `load_planar_model`
 std::string level_refusal(const mjModel& model);
+
+/// The refusal for `shared_by_users_of`, because the engine is asked for it.
+struct LevelRefusal {
+  explicit LevelRefusal(const ModelPointer& model) : text(level_refusal(*model)) {}
+  std::string text;
+};
 
 /// Replaces the functions of planes with spheres and capsules in MuJoCo's table of collision
 /// functions. They do nothing else than the former ones without a `GroundInUse`.
@@ -26,7 +33,7 @@ std::string level_refusal(const mjModel& model);
 void install_ground_contacts();
 
 /// While it exists, spheres and capsules touch the line where this thread's calls of MuJoCo would
-/// let them touch the floor's plane; one at a time per thread. The model's floor must be above them
+/// let them touch the floor's plane. The model's floor must be above them
 /// (`WorldModels`), because MuJoCo does not test limbs that are far above it.
 class GroundInUse {
  public:
@@ -35,6 +42,9 @@ class GroundInUse {
   GroundInUse(const GroundInUse&) = delete;
   GroundInUse& operator=(const GroundInUse&) = delete;
   ~GroundInUse();
+
+ private:
+  const GroundLine* before_;
 };
 
 }  // namespace walker::mujoco

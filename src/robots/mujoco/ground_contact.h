@@ -22,8 +22,8 @@ struct LimbContact {
 
 constexpr int kMaxLimbContacts = 8;
 
-/// Returns an upper bound of the line's heights within 2 m of x, which no robot's limb is farther
-/// than from its centre of mass [m].
+/// Returns an upper bound of the line's heights within 2 m of x [m]. No limb is farther from its
+/// robot's centre of mass.
 double top_around(const GroundLine& line, double x);
 
 /// Finds the contacts of a limb with the surface. With r = radius, and a contact's normal n and

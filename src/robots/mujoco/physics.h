@@ -57,8 +57,8 @@ class Physics {
   virtual void set_model(ModelPointer model) = 0;
 
   /// Replaces the line that limbs touch. The next call must be `reset` or `load`.
-  /// @param line of a world whose model has its floor raised (`WorldPhysics::has_level`), borrowed;
-  ///             null: the floor is flat
+  /// @param line of a world whose model has its floor raised (`WorldPhysics::has_level`), which
+  ///             must live until the next call of `set_ground`; null: the floor is flat
   virtual void set_ground(const GroundLine* line) = 0;
 
   virtual const double* position() const = 0;  ///< nq values [m, rad]

@@ -154,6 +154,7 @@ std::unique_ptr<ObservationBuilder> make_observation_builder(const PlanarOptions
 PlanarRobot::PlanarRobot(const PlanarOptions& options)
     : options_(options),
       models_(load_planar_model(options.model)),
+      level_refusal_(shared_by_users_of<LevelRefusal>(models_.base())),
       physics_(make_physics(options, models_.base())),
       layout_(model()),
       specification_(make_specification(options, layout_, model())),
@@ -161,11 +162,10 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
       first_position_(model().nq),
       velocity_before_step_(model().nv) {
   specification_.engine_version += kSteppedBy + physics_->stepper();
-  const std::string refusal = level_refusal(model());
-  if (refusal.empty()) return;
+  if (level_refusal_->text.empty()) return;
   for (const WorldParameter& parameter : level_parameters()) {
     specification_.inapplicable_world_parameters.emplace_back(
-        parameter.name, describe_model(options.model.xml_file) + refusal);
+        parameter.name, describe_model(options.model.xml_file) + level_refusal_->text);
   }
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "robots/mujoco/floor.h"
 #include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/lidar.h"
 #include "robots/mujoco/physics.h"
@@ -119,6 +120,7 @@ class PlanarRobot : public Robot {
 
   PlanarOptions options_;
   WorldModels models_;
+  std::shared_ptr<const LevelRefusal> level_refusal_;
   std::unique_ptr<Physics> physics_;
   std::optional<Level> level_;                 // of the world; empty: the floor is flat
   std::shared_ptr<const LevelGround> ground_;  // null before the first reset in a level

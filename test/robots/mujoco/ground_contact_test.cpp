@@ -108,6 +108,7 @@ TEST_P(GroundContactTest, CapsulesTouchWhatTheyReach) {
   constexpr double kRounding = 2e-4;  // of the points on the axes [m]
   Generator random(1);
   int touching = 0;
+  const std::vector<int> limbs = geoms_on_floor(*model);
   for (int world = 0; world < 120; ++world) {
     const WorldValues values = random_level(random);
     const auto ground = std::make_shared<LevelGround>(random, *level_of(values), Point{0, 0});
@@ -121,7 +122,7 @@ TEST_P(GroundContactTest, CapsulesTouchWhatTheyReach) {
       const mjData& data = physics->data();
       const mjModel& m = physics->model();
       ASSERT_LT(data.ncon, m.nconmax);
-      for (const int geom : geoms_on_floor(*model)) {
+      for (const int geom : limbs) {
         const double gap = gap_of(m, data, geom, line);
         double deepest = 1e9;
         for (const mjContact* each = data.contact; each != data.contact + data.ncon; ++each) {
@@ -225,11 +226,12 @@ TEST_P(GroundContactTest, AWalkerPushedAgainstAStumpStops) {
   physics->reset(position.data(), velocity.data());
   const State control(model->nu);
   int touching = 0;
+  const std::vector<int> limbs = geoms_on_floor(*model);
   for (int step = 0; step < 500; ++step) {
     physics->step(control.data(), {{100, 0}, nullptr}, 4);
     for (const mjContact& contact : contacts_of(*physics)) touching += contact.frame[0] < -0.99;
     physics->measure([&](const mjData& data) {
-      for (const int geom : geoms_on_floor(*model)) {
+      for (const int geom : limbs) {
         ASSERT_LT(at(data.geom_xpos, geom, 3)[0], kWall) << "step " << step << ", geom " << geom;
       }
     });

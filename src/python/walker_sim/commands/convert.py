@@ -16,7 +16,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.files import replace_file
 from walker_sim.registration import without_namespace
 from walker_sim.training import models, onnx_file, onnx_reader
-from walker_sim.training.policy_file import PolicyFile, read_policy, to_bytes
+from walker_sim.training.policy_file import NO_HISTORY, PolicyFile, read_policy, to_bytes
 
 CHECKS = 1000
 TOLERANCE = 1e-5
@@ -42,7 +42,10 @@ A MODEL.onnx that this command has written gives the same policy file again.
 
 FILE.onnx has the input "observation", the environment's own observations of shape (n, observation
 size) in their type, and the output "action", float32, within the action's limits. It contains the
-normalisation.
+normalisation. The input of a policy with a history is its latest observations and actions, which
+the caller keeps.
+A MODEL with k times as many inputs as --id has observations acts on the last k observations, as in
+Stable-Baselines3's VecFrameStack.
 
 examples:
   python3 -m walker_sim convert model.zip walker.safetensors --id BipedalWalker-v3
@@ -131,8 +134,11 @@ def _write(out: Path, content: bytes, policy: PolicyFile, difference: float, whe
     """Writes the file unless it is another policy, and prints the difference."""
     if difference <= TOLERANCE:
         replace_file(out, content)
+    history = ""
+    if policy.history != NO_HISTORY:
+        history = ", acts on its last {} observations and {} actions".format(*policy.history)
     print(
-        f"{out}: {policy.env_id}, {len(policy.layers)} layers; actions differ by at most"
+        f"{out}: {policy.env_id}, {len(policy.layers)} layers{history}; actions differ by at most"
         f" {difference:.2g} on {CHECKS} {where}"
     )
     if not difference <= TOLERANCE:

@@ -18,7 +18,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.errors import InvalidAction
 from walker_sim.files import package_file
 from walker_sim.training.models import ModelError, load_sb3, read_vec_normalize
-from walker_sim.training.policy_file import NO_MEMORY
+from walker_sim.training.policy_file import NO_HISTORY
 from walker_sim.walkers import Specification
 
 Policies = Callable[[int], Policy]
@@ -98,18 +98,18 @@ def acting(agent: _core.Agent | _core.Policy, size: int) -> Policy:
         agent.act(np.ascontiguousarray(observation, np.float64), action)
         return action
 
-    if not isinstance(agent, _core.Policy) or agent.history == NO_MEMORY:
+    if not isinstance(agent, _core.Policy) or agent.history == NO_HISTORY:
         return act
-    input = np.zeros(agent.input_size)
-    observed, acted = np.split(input, [agent.history[0] * agent.observation_size])
+    inputs = np.zeros(agent.input_size)
+    observed, acted = np.split(inputs, [agent.history[0] * agent.observation_size])
 
-    def remember(observation: NDArray[Any]) -> NDArray[Any]:
+    def act_on_history(observation: NDArray[Any]) -> NDArray[Any]:
         for part, newest in ((observed, observation), (acted, action)):
             if part.size:
                 part[:] = np.concatenate([part[len(newest) :], newest])
-        return act(input)
+        return act(inputs)
 
-    return remember
+    return act_on_history
 
 
 def _agents(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:

@@ -125,8 +125,9 @@ def run(arguments: Sequence[str]) -> int:
                     file=sys.stderr,
                 )
                 return 130
-    least = "least " if len(training.goal.mixture) > 1 and settings.keep_best_by == "least" else ""
-    print(f"{folder / POLICY}: {least}mean return {training.best:.1f} in its evaluation")
+    is_min = len(training.goal.mixture) > 1 and training.settings.keep_best_by == "min"
+    what = "least mean return of its worlds" if is_min else "mean return"
+    print(f"{folder / POLICY}: {what} {training.best:.1f} in its evaluation")
     return 0
 
 

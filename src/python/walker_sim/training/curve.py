@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from pathlib import Path
 from typing import Mapping, NamedTuple, Sequence
 
@@ -30,10 +31,12 @@ def write_curve(points: Sequence[Point], path: Path) -> None:
     """Writes the points as CSV. The columns of the worlds' means are the last ones."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*COLUMNS, *(points[-1].means if points else ())])
+    names = list(points[-1].means) if points else []
+    writer.writerow([*COLUMNS, *names])
     for point in points:
         steps, *numbers, world, means = point
-        writer.writerow([steps, *map(_short, numbers), world, *map(_short, means.values())])
+        own = [means.get(name, math.nan) for name in names]  # absent: of other settings
+        writer.writerow([steps, *map(_short, numbers), world, *map(_short, own)])
     replace_file(path, text.getvalue().encode())
 
 
@@ -60,15 +63,16 @@ def draw_curve(points: Sequence[Point], title: str, path: Path) -> None:
     figure = Figure(figsize=(7, 4), dpi=100, layout="constrained")
     axes = figure.subplots()
     steps = [point.steps / 1e6 for point in points]
-    means = [point.evaluation_return for point in points]
+    returns = [point.evaluation_return for point in points]
     low = [point.evaluation_return - point.deviation for point in points]
     high = [point.evaluation_return + point.deviation for point in points]
     axes.fill_between(steps, low, high, alpha=0.2, linewidth=0)
-    axes.plot(steps, means, label="evaluation (mean, deviation of episodes)")
+    axes.plot(steps, returns, label="evaluation (mean, deviation of episodes)")
     noisy = [point.training_return for point in points]
     axes.plot(steps, noisy, linestyle="--", linewidth=1, label="training, with exploration")
     for name in points[-1].means if points else ():
-        axes.plot(steps, [point.means[name] for point in points], linewidth=1, label=name[:40])
+        means = [point.means.get(name, math.nan) for point in points]
+        axes.plot(steps, means, linewidth=1, label=name[:40])
     axes.set(xlabel="steps [million]", ylabel="return", title=title)
     axes.grid(alpha=0.3)
     axes.legend(loc="lower right", fontsize="small")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.episode_player import make_player
-from walker_sim.training.policy_file import NO_MEMORY, PolicyFile, to_bytes
+from walker_sim.training.policy_file import NO_HISTORY, PolicyFile, to_bytes
 from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
 from walker_sim.training.stage import Stage, Stopped
 
@@ -150,7 +150,7 @@ class Evolution(Stage):
         )
         hidden = LAYERS if settings.layers is None else settings.layers
         start = self.read_start()
-        history = (settings.history if start is None else start.history) or NO_MEMORY
+        history = (settings.history if start is None else start.history) or NO_HISTORY
         inputs = history[0] * self._sums.shape[1] + history[1] * len(low)
         sizes = [inputs, *hidden, len(low)]
         if start is not None:

@@ -15,7 +15,7 @@ from torch import nn
 
 from walker_sim.training import ppo
 from walker_sim.training.models import actor_layers
-from walker_sim.training.policy_file import NO_MEMORY, OBSERVATION_CLIP, PolicyFile
+from walker_sim.training.policy_file import NO_HISTORY, OBSERVATION_CLIP, PolicyFile
 from walker_sim.training.settings import ACTIVATION, LAYERS, Settings
 
 INITIAL_LOG_STD = -0.5  # of learnt noise
@@ -61,8 +61,8 @@ class DelayedActions(VecEnvWrapper):
         return outcome
 
 
-class Remembered(VecEnvWrapper):
-    """Observes the inputs of policies that remember: `PolicyFile.history`."""
+class HistoryWrapper(VecEnvWrapper):
+    """Extends observations to the input that `PolicyFile.history` describes."""
 
     def __init__(self, venv: VecEnv, history: tuple[int, int]) -> None:
         spaces = (venv.observation_space, venv.action_space)
@@ -103,7 +103,7 @@ class Remembered(VecEnvWrapper):
 
     @staticmethod
     def _append(part: NDArray[Any], newest: NDArray[Any]) -> None:
-        """Drops the oldest values of a part of all inputs, unless it is empty, for the newest."""
+        """Shifts the oldest values out and the newest in; an empty part stays."""
         if part.size:
             part[:] = np.concatenate([part[:, newest.shape[1] :], newest], axis=1)
 
@@ -113,8 +113,8 @@ def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
     walkers = VecMonitor(walkers)
     if settings.action_delay > 0:
         walkers = DelayedActions(walkers, settings.action_delay, settings.seed)
-    if settings.history not in (None, NO_MEMORY):
-        walkers = Remembered(walkers, settings.history)
+    if settings.history not in (None, NO_HISTORY):
+        walkers = HistoryWrapper(walkers, settings.history)
     walkers = BoundedRewards(walkers)
     return VecNormalize(walkers, gamma=settings.gamma, clip_obs=OBSERVATION_CLIP)
 

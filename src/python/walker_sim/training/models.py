@@ -164,7 +164,7 @@ def read_sb3(path: Path) -> Model:
     if name not in ("PPO", "A2C", "SAC", "TQC"):
         raise ModelError(f"of {name}; must be of PPO, A2C, SAC or TQC")
     if model.predict(model.observation_space.sample())[1] is not None:
-        raise ModelError("has a memory; a policy file has none")
+        raise ModelError("is recurrent; a policy file has no recurrent state")
     layers: list[tuple[Array, Array]] = []
     activations = set()
     for part in actor_layers(model.policy):

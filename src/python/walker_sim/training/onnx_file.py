@@ -48,7 +48,7 @@ def to_model(policy: PolicyFile, dtype: str) -> Any:
     The model computes as src/policy/network.cpp does: it normalises in double precision, and the
     layers are in single precision. Input ``observation``, shape (n, observation size), has the type
     of the environment's observations, `dtype`; output ``action``, shape (n, action size), is
-    float32. The observation of a policy that remembers is its whole input. The model's metadata is
+    float32. With a history the observation is the whole input. The model's metadata is
     that of the policy file.
     """
     onnx = import_onnx()

@@ -20,7 +20,7 @@ from walker_sim.files import replace_file
 
 FORMAT = "walker_sim policy 1"
 HISTORY = ("history.observations", "history.actions")
-NO_MEMORY = (1, 0)
+NO_HISTORY = (1, 0)
 OWN_METADATA = ("format", "id", "parameters", "activation", "output", "layers", *HISTORY)
 OBSERVATION_CLIP = 10.0
 """Normalised observations are clipped to plus and minus this value, the default of
@@ -62,7 +62,7 @@ class PolicyFile:
     high: NDArray[np.float32]
     layers: list[tuple[NDArray[np.float32], NDArray[np.float32]]]
     notes: dict[str, str] = field(default_factory=dict)
-    history: tuple[int, int] = NO_MEMORY
+    history: tuple[int, int] = NO_HISTORY
 
 
 def to_bytes(policy: PolicyFile) -> bytes:
@@ -141,21 +141,21 @@ def read_policy(path: Path) -> PolicyFile:
 
 
 def history_notes(policy: PolicyFile) -> dict[str, str]:
-    """Returns the metadata that policies which remember have in addition."""
-    return {} if policy.history == NO_MEMORY else dict(zip(HISTORY, map(str, policy.history)))
+    """Returns the metadata of a history; empty without one."""
+    return {} if policy.history == NO_HISTORY else dict(zip(HISTORY, map(str, policy.history)))
 
 
 def history_of(metadata: Mapping[str, str]) -> tuple[int, int]:
     observations, actions = (
-        int(metadata.get(name, absent)) for name, absent in zip(HISTORY, NO_MEMORY)
+        int(metadata.get(name, absent)) for name, absent in zip(HISTORY, NO_HISTORY)
     )
     return observations, actions
 
 
 def with_history(policy: PolicyFile, history: tuple[int, int]) -> PolicyFile:
-    """Returns a policy that acts likewise and gets more of the past, which it ignores.
+    """Returns a policy with a longer history, and weights of zero for the added inputs.
 
-    ValueError if it would get less.
+    ValueError if the history would be shorter.
     """
     if any(own > wanted for own, wanted in zip(policy.history, history)):
         raise ValueError(

@@ -15,7 +15,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from walker_sim import sb3
 from walker_sim.training import learner
-from walker_sim.training.policy_file import NO_MEMORY, PolicyFile
+from walker_sim.training.policy_file import NO_HISTORY, PolicyFile
 from walker_sim.training.settings import ACTIVATION, Settings
 from walker_sim.training.stage import Stage
 
@@ -106,7 +106,7 @@ class Training(Stage):
             what = "twice the number of ends of the curriculum's ranges"
             raise ValueError(
                 f"num_envs = {count}: must be at least {len(worlds)}, "
-                f"{what if self.curriculum else 'the sum of the weights of the worlds'}"
+                f"{what if self.curriculum else 'the sum of the weights of world'}"
             )
         if any(worlds):
             self.walkers.unwrapped.set_world([worlds[i % len(worlds)] for i in range(count)])
@@ -130,7 +130,7 @@ class Training(Stage):
             high=walkers.action_space.high,
             layers=list(zip(arrays[::2], arrays[1::2])),
             notes=self.notes(),
-            history=settings.history or NO_MEMORY,
+            history=settings.history or NO_HISTORY,
         )
 
     def save(self, folder: Path) -> None:

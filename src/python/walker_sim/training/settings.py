@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Callable, Mapping, NamedTuple, Sequence
 
 from walker_sim import _core
+from walker_sim.training.curve import COLUMNS
 from walker_sim.worlds import World, read_world
 
 EVOLUTIONARY = ("es", "cma")
@@ -136,15 +137,15 @@ def _worlds(name: str, value: Any) -> World | list[dict[str, Any]]:
         world = _world(where, part["world"])
         preset = part["world"] if isinstance(part["world"], str) else ""
         default = _core.world_text(world) if "{" in preset or not preset else preset
-        called = _text(f"{where}: name", part.get("name", default))
+        world_name = _text(f"{where}: name", part.get("name", default))
         _require(
-            called not in (each["name"] for each in parts),
+            world_name not in COLUMNS and world_name not in (each["name"] for each in parts),
             f"{where}: name",
-            called,
-            "another than those of the worlds before",
+            world_name,
+            f"another than those of the worlds before and than {', '.join(COLUMNS)}",
         )
-        weight = _whole(0, 1000)(f"{where}: weight", part.get("weight", 1))
-        parts.append({"name": called, "world": world, "weight": weight})
+        weight = _whole(0, 100)(f"{where}: weight", part.get("weight", 1))
+        parts.append({"name": world_name, "world": world, "weight": weight})
     weights = [part["weight"] for part in parts]
     _require(any(weights), f"{name}: weights", weights, "more than 0 for at least one world")
     return parts
@@ -217,10 +218,10 @@ class Settings:
     parameters: Mapping[str, Any] = _setting({}, _parameters)
     """Parameters of the environment by name."""
     world: Mapping[str, tuple[float, float]] | Sequence[Mapping[str, Any]] = _setting({}, _worlds)
-    """World in which the policy is trained and evaluated, or a list of such, see `mixture`."""
-    keep_best_by: str = _setting("mean", _one_of("mean", "least"))
-    """Which number of an evaluation in several worlds decides the policy that is kept: the mean of
-    their mean returns, or the least."""
+    """World in which the policy is trained and evaluated, or a list of worlds, see `mixture`."""
+    keep_best_by: str = _setting("mean", _one_of("mean", "min"))
+    """Which number of an evaluation in several worlds decides the policy that is kept: the mean or
+    the minimum of their mean returns."""
     curriculum: Mapping[str, Any] | None = _setting(None, _optional(_curriculum))
     """How the ranges of the training's world grow, see `training.curriculum`; None: they apply from
     the beginning."""
@@ -344,7 +345,7 @@ def settings_from(given: Mapping[str, Any]) -> Settings:
         if stage.curriculum and len(stage.mixture) > 1:
             raise SettingsError(
                 f"{where}curriculum = {dict(stage.curriculum)}: must be null, because "
-                f"{len(stage.mixture)} worlds are trained in"
+                f"world lists {len(stage.mixture)} worlds"
             )
         if stage.algorithm == "es" and stage.population % 2 != 0:
             raise SettingsError(f"{where}population = {stage.population}: must be even, for pairs")
@@ -356,6 +357,11 @@ def settings_from(given: Mapping[str, Any]) -> Settings:
             )
         if stage.start is not None or index == 0:
             continue
+        if any(a > b for a, b in zip(before.history or (), stage.history or ())):
+            raise SettingsError(
+                f"{where}history = {list(stage.history or ())}: must be at least "
+                f"{list(before.history or ())} as in the stage before"
+            )
         if stage.algorithm == "ppo" and settings.algorithm in ("sac", "tqc"):
             raise SettingsError(
                 f"{where}algorithm = 'ppo': must be one of {', '.join(EVOLUTIONARY)}, because "

@@ -102,7 +102,10 @@ class Stage(ABC):
             # A mistake in a later stage is reported now, not after hours.
             walker = _core.Pool(env_id, dict(each.parameters))
             for part in each.mixture:
-                walker.set_world([], [part.world])
+                try:
+                    walker.set_world([], [part.world])
+                except ValueError as error:
+                    raise ValueError(f"{part.name}: {error}" if part.name else error) from error
             world, growth = each.mixture[0].world, each.curriculum
             curricula.append(Curriculum(env_id, each.parameters, world, growth) if growth else None)
             if each.start is not None:
@@ -183,7 +186,7 @@ class Stage(ABC):
 
     @property
     def mixture(self) -> list[Part]:
-        """The worlds in which the policy learns at present."""
+        """The worlds of the stage at present, with the share of each in the training."""
         if self.curriculum:
             return [Part("", self.curriculum.world, 1)]
         return self.settings.mixture
@@ -272,9 +275,8 @@ class Stage(ABC):
         returns = self._returns(policy, worlds, FIRST_CHOICE_SEED, episodes)
         outcome = (float(returns.mean()), float(returns.std()), float(returns.min()))
         means = {part.name: float(mean) for part, mean in zip(parts, returns.mean(axis=1))}
-        # The names of several worlds are in the means.
-        world = text_of(self.mixture) if len(self.mixture) == 1 else ""
         means = means if len(parts) > 1 else {}
+        world = text_of(self.mixture)
         point = Point(self.all_steps, seconds, self.mean_return, *outcome, world, means)
         self.points.append(point)
         if self._worth(point) > self.best:
@@ -326,7 +328,7 @@ class Stage(ABC):
 
     def _worth(self, point: Point) -> float:
         """Returns the number of an evaluation by which the best policy is chosen."""
-        if self.settings.keep_best_by == "least" and point.means:
+        if self.settings.keep_best_by == "min" and point.means:
             return min(point.means.values())
         return point.evaluation_return
 
@@ -388,12 +390,13 @@ class Stage(ABC):
 
 
 def in_turn(mixture: Sequence[Part]) -> list[World]:
-    """Returns each world as often as its weight says, as evenly spread as possible: each turn is
-    that of the world whose share lags behind most."""
-    total = sum(part.weight for part in mixture)
+    """Returns a weighted round-robin: each world in proportion to its weight, evenly spread."""
+    divisor = int(np.gcd.reduce([part.weight for part in mixture]))
+    weights = [part.weight // divisor for part in mixture]
+    total = sum(weights)
     lags, worlds = [0] * len(mixture), []
     for _ in range(total):
-        lags = [lag + part.weight for lag, part in zip(lags, mixture)]
+        lags = [lag + weight for lag, weight in zip(lags, weights)]
         turn = lags.index(max(lags))
         lags[turn] -= total
         worlds.append(mixture[turn].world)

@@ -76,7 +76,7 @@ struct Touches : TouchCounts {
   Touch<W> slots[kMaxSlots];
   int count[W] = {};
 
-  /// Must be called before the contacts of each limb are added, and for kLimbs behind the last.
+  /// Must be called before each limb's contacts are added, and with kLimbs after the last.
   WALKER_SIM_INLINE void begin(int limb) {
     if (limb != kFirstLeftLimb) return;
     num_right = num_slots;

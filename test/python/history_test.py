@@ -9,7 +9,7 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize
 from walker_sim import _core, sb3
 from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.training.es import Evolution
-from walker_sim.training.learner import Remembered
+from walker_sim.training.learner import HistoryWrapper
 from walker_sim.training.policy_file import read_policy, to_bytes, with_history, write_policy
 from walker_sim.training.run import Training
 from walker_sim.training.settings import settings_from
@@ -78,8 +78,8 @@ def walkers(num_envs=5):
 def test_observations_are_those_of_frame_stacks_and_then_actions():
     """Also the last ones of episodes, which end early or by their limit."""
     ours, plain, theirs = (
-        Remembered(walkers(), HISTORY),
-        Remembered(walkers(), (3, 0)),
+        HistoryWrapper(walkers(), HISTORY),
+        HistoryWrapper(walkers(), (3, 0)),
         VecFrameStack(walkers(), 3),
     )
     stacks = [each.reset() for each in (ours, plain, theirs)]
