@@ -29,8 +29,8 @@ set(slow_suites bench/bench_test python/promises_test python/promises_ros_test r
   robots/mujoco/episodes_gymnasium_test robots/mujoco/renderer_gymnasium_test
   robots/bipedal_walker/renderer_gymnasium_test python/environment_memory_test python/environment_render_test readme_test)
 # stages.cmake runs these in separate virtual environments.
-set(other_suites python/curriculum_test python/history_test python/minari_test python/normalization_test python/onnx_reader_test
-  python/onnx_test python/readme_wheel_test python/rosnodejs_test python/sb3_make_vec_env_test
+set(other_suites python/curriculum_test python/history_test python/minari_test python/normalization_test
+  python/onnx_reader_test python/onnx_test python/readme_wheel_test python/rosnodejs_test python/sb3_make_vec_env_test
   python/sb3_models_test python/sb3_promises_test python/sb3_test python/sb3_worlds_test python/torch_test
   python/train_test python/wheel_test)
 

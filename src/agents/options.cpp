@@ -94,14 +94,13 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
   if (policy == "robust" && !has_robust) {
     throw std::invalid_argument("policy = robust: the package has none for " + specification.id);
   }
-  if (policy == "robust" || (policy.empty() && has_robust && !world.empty())) {
-    if (policy.empty()) {
-      ROS_INFO(
-          "The world is not Gymnasium's, so the robust policy walks; the other is policy:=shipped");
-    }
-    return make_policy_agent(robust, specification);
+  const bool is_chosen_here = policy.empty() && has_robust && !world.empty();
+  if (is_chosen_here) {
+    ROS_INFO(
+        "The world is not Gymnasium's, so the robust policy walks; the other is policy:=shipped");
   }
-  return make_policy_agent(file + ".safetensors", specification);
+  const bool is_robust = policy == "robust" || is_chosen_here;
+  return make_policy_agent(is_robust ? robust : file + ".safetensors", specification);
 }
 
 }  // namespace walker

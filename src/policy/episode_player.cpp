@@ -193,6 +193,7 @@ class Worker {
   /// Computes the actions of all episodes that are being played.
   void act(const PlayCall& call) {
     const std::size_t action_size = specification().action_size();
+    const bool is_single = specification().observation_dtype == "float32";
     actions_.resize(playing_.size() * action_size);
     for (std::size_t begin = 0, end = 0; begin < playing_.size(); begin = end) {
       const Policy& policy = *playing_[begin]->policy;
@@ -206,7 +207,8 @@ class Worker {
         call.check();
         const std::size_t count = std::min(kRowsPerCheck, end - i);
         for (std::size_t row = 0; row < count; ++row) {
-          std::copy_n(observe(*playing_[i + row]), input_size, &inputs_[row * input_size]);
+          std::copy_n(observe(*playing_[i + row], is_single), input_size,
+                      &inputs_[row * input_size]);
         }
         network.act(inputs_.data(), count, &actions_[i * action_size], *scratch_);
         for (std::size_t row = i; row < i + count; ++row) {
@@ -226,9 +228,10 @@ class Worker {
   }
 
   /// Returns the policy's input, with the present observation.
-  const double* observe(Slot& slot) {
+  /// @param is_single whether observations have single precision
+  const double* observe(Slot& slot, bool is_single) {
     observation_ = slot.walker->state().observation;
-    if (specification().observation_dtype == "float32") {
+    if (is_single) {
       for (double& value : observation_) value = static_cast<float>(value);
     }
     PlayedEpisode& outcome = slot.outcome;

@@ -70,6 +70,16 @@ class PolicyBinding : public Policy {
         Policy::with_parameters({input.data(), input.data() + input.size()}));
   }
 
+  /// Acts on the next observation of the episode of `given`.
+  void act_next(PolicyInput& given, py::handle observation, py::handle action) {
+    const Input input(observation, "observation", observation_size());
+    Output output(action, "action", action_size());
+    const GilFreeLock lock(mutex_);
+    actions_.resize(output.size());
+    Policy::act(input.data(), given, actions_.data());
+    output.write(actions_.data());
+  }
+
   py::tuple history() const {
     return py::make_tuple(Policy::history().observations, Policy::history().actions);
   }
@@ -157,7 +167,9 @@ void bind_policy(py::module& module) {
       .def("check", &PolicyBinding::check)
       .def_property_readonly("parameters", &PolicyBinding::parameters)
       .def("with_parameters", &PolicyBinding::with_parameters)
-      .def("act", &PolicyBinding::act);
+      .def("act", &PolicyBinding::act)
+      .def("act_next", &PolicyBinding::act_next);
+  py::class_<PolicyInput>(module, "PolicyInput").def(py::init<const PolicyBinding&>());
   py::class_<EpisodePlayerBinding>(module, "EpisodePlayer")
       .def(py::init<std::string, const py::dict&, std::size_t, std::size_t, bool>())
       .def_property_readonly("specification", &EpisodePlayerBinding::specification)

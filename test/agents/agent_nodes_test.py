@@ -94,37 +94,29 @@ class AgentNodesTest(ServerTest):
             for node_type in AGENTS:
                 self.assert_refused(node_type, words, **parameters)
 
-    def test_the_robust_policy_is_found_by_its_name(self):
-        self.serve(mode="lockstep", max_episode_steps=5)
-        transitions = self.record("/transition", Transition)
-        robust = {"agent": "policy", "policy": "robust"}
-        agent = self.start_agent("service_agent", episodes=1, seeds="5", **robust)
-        self.assertEqual(agent.wait(), 0, agent.output())
-        begin, step = transitions.wait_count(6)[:2]
-        action = np.empty(4)
-        file = included_policy("BipedalWalker-v3-robust")
-        _core.Policy(file).act(np.array(begin.observation), action)
-        self.assertEqual(list(step.action), action.tolist())
-        self.server.stop()
-        self.serve(env="Hopper-v5", mode="lockstep")
-        for node_type in AGENTS:
-            self.assert_refused(node_type, ["policy = robust", "Hopper-v5"], **robust)
-
-    def test_a_world_is_walked_by_the_robust_policy(self):
-        self.serve(mode="lockstep", max_episode_steps=5, world="pushed")
-        transitions = self.record("/transition", Transition)
-        for index, (given, name) in enumerate((({}, "-robust"), ({"policy": "shipped"}, ""))):
+    def test_the_policy_is_found_by_its_name_or_by_the_world(self):
+        for world, given, name in (
+            ({}, {"policy": "robust"}, "-robust"),
+            ({"world": "pushed"}, {}, "-robust"),
+            ({"world": "pushed"}, {"policy": "shipped"}, ""),
+        ):
+            self.serve(mode="lockstep", max_episode_steps=5, **world)
+            transitions = self.record("/transition", Transition)
             agent = self.start_agent(
                 "service_agent", episodes=1, seeds="5", agent="policy", **given
             )
             self.assertEqual(agent.wait(), 0, agent.output())
             self.assertEqual("so the robust policy walks" in agent.output(), not given)
-            begin, step = transitions.wait_count(6 * (index + 1))[6 * index :][:2]
+            begin, step = transitions.wait_count(6)[:2]
             action = np.empty(4)
-            _core.Policy(included_policy(f"BipedalWalker-v3{name}")).act(
-                np.array(begin.observation), action
-            )
+            file = included_policy(f"BipedalWalker-v3{name}")
+            _core.Policy(file).act(np.array(begin.observation), action)
             self.assertEqual(list(step.action), action.tolist())
+            self.server.stop()
+        self.serve(env="Hopper-v5", mode="lockstep")
+        for node_type in AGENTS:
+            words = ["policy = robust", "Hopper-v5"]
+            self.assert_refused(node_type, words, agent="policy", policy="robust")
 
     def test_a_policy_remembers_within_an_episode(self):
         policy = with_history(read_policy(Path(included_policy("BipedalWalker-v3"))), (3, 2))

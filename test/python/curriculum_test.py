@@ -11,10 +11,10 @@ from walker_sim.episode_player import make_player, play_jobs
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import read_curve
 from walker_sim.training.es import Evolution
+from walker_sim.training.mixture import in_turn
 from walker_sim.training.policy_file import read_policy
 from walker_sim.training.run import Training
 from walker_sim.training.settings import settings_from
-from walker_sim.training.stage import in_turn
 
 ID = "Hopper-v5"
 WORLD = {

@@ -9,8 +9,8 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecNormalize
 from walker_sim import _core, sb3
 from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.training.es import Evolution
-from walker_sim.training.learner import HistoryWrapper
-from walker_sim.training.policy_file import read_policy, to_bytes, with_history, write_policy
+from walker_sim.training.learner import wrap
+from walker_sim.training.policy_file import read_policy, to_bytes, with_history
 from walker_sim.training.run import Training
 from walker_sim.training.settings import settings_from
 
@@ -77,22 +77,20 @@ def walkers(num_envs=5):
 
 def test_observations_are_those_of_frame_stacks_and_then_actions():
     """Also the last ones of episodes, which end early or by their limit."""
-    ours, plain, theirs = (
-        HistoryWrapper(walkers(), HISTORY),
-        HistoryWrapper(walkers(), (3, 0)),
-        VecFrameStack(walkers(), 3),
-    )
-    stacks = [each.reset() for each in (ours, plain, theirs)]
+    sides = [
+        wrap(walkers(), settings_from({"history": history})).venv for history in ([3, 2], [3, 0])
+    ] + [VecFrameStack(walkers(), 3)]
+    stacks = [each.reset() for each in sides]
     size = stacks[2].shape[1]
-    assert ours.observation_space.shape == (size + 2 * 3,)
-    assert plain.observation_space == theirs.observation_space
+    assert sides[0].observation_space.shape == (size + 2 * 3,)
+    assert sides[1].observation_space == sides[2].observation_space
     random, acted, ends = np.random.default_rng(2), np.zeros((5, 6)), 0
     for _ in range(60):
         np.testing.assert_array_equal(stacks[1], stacks[2])
         np.testing.assert_array_equal(stacks[0], np.hstack([stacks[2], acted]))
         actions = random.uniform(-1, 1, (5, 3)).astype(np.float32)
         acted = np.hstack([acted[:, 3:], actions])
-        results = [each.step(actions) for each in (ours, plain, theirs)]
+        results = [each.step(actions) for each in sides]
         stacks = [result[0] for result in results]
         for index in np.flatnonzero(results[2][2]):
             last = [result[3][index]["terminal_observation"] for result in results]
@@ -166,10 +164,3 @@ def test_a_model_of_frame_stacks_is_converted(tmp_path, command):
 def test_settings_refuse_another_history(history):
     with pytest.raises(ValueError, match="history = "):
         settings_from({"history": history})
-
-
-def test_the_command_line_evaluates_it(tmp_path, evaluate):
-    policy = varied(with_history(read_policy(shipped_policy(ID)), HISTORY))
-    write_policy(policy, tmp_path / "policy.safetensors")
-    _, stepped = evaluate(ID, "--policy", tmp_path / "policy.safetensors", "--seeds", "0:2")[:2]
-    assert [each["return"] for each in stepped["outcomes"]] == returns_of(policy, range(2))[1]

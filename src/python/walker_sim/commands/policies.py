@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import importlib
 import os
 from pathlib import Path
@@ -18,7 +19,6 @@ from walker_sim.commands.options import InputError
 from walker_sim.errors import InvalidAction
 from walker_sim.files import package_file
 from walker_sim.training.models import ModelError, load_sb3, read_vec_normalize
-from walker_sim.training.policy_file import NO_HISTORY
 from walker_sim.walkers import Specification
 
 Policies = Callable[[int], Policy]
@@ -92,24 +92,16 @@ def shipped_policy(env_id: str, kind: str = "shipped") -> Path:
 
 def acting(agent: _core.Agent | _core.Policy, size: int) -> Policy:
     """Returns a function for one episode that returns the core's actions, all in the same array."""
-    action = np.zeros(size)
+    action = np.empty(size)
+    compute = agent.act
+    if isinstance(agent, _core.Policy):
+        compute = functools.partial(agent.act_next, _core.PolicyInput(agent))
 
     def act(observation: NDArray[Any]) -> NDArray[Any]:
-        agent.act(np.ascontiguousarray(observation, np.float64), action)
+        compute(np.ascontiguousarray(observation, np.float64), action)
         return action
 
-    if not isinstance(agent, _core.Policy) or agent.history == NO_HISTORY:
-        return act
-    inputs = np.zeros(agent.input_size)
-    observed, acted = np.split(inputs, [agent.history[0] * agent.observation_size])
-
-    def act_on_history(observation: NDArray[Any]) -> NDArray[Any]:
-        for part, newest in ((observed, observation), (acted, action)):
-            if part.size:
-                part[:] = np.concatenate([part[len(newest) :], newest])
-        return act(inputs)
-
-    return act_on_history
+    return act
 
 
 def _agents(name: str, env_id: str, parameters: dict[str, Any], size: int) -> Policies:

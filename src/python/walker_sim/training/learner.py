@@ -10,7 +10,13 @@ import numpy as np
 import torch
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
-from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import (
+    VecEnv,
+    VecEnvWrapper,
+    VecFrameStack,
+    VecMonitor,
+    VecNormalize,
+)
 from torch import nn
 
 from walker_sim.training import ppo
@@ -61,51 +67,34 @@ class DelayedActions(VecEnvWrapper):
         return outcome
 
 
-class HistoryWrapper(VecEnvWrapper):
-    """Extends observations to the input that `PolicyFile.history` describes."""
+class ActionHistory(VecEnvWrapper):
+    """Adds the latest `count` actions to the observations; zeros before an episode's first step."""
 
-    def __init__(self, venv: VecEnv, history: tuple[int, int]) -> None:
-        spaces = (venv.observation_space, venv.action_space)
+    def __init__(self, venv: VecEnv, count: int) -> None:
+        observed, acted = venv.observation_space, venv.action_space
         low, high = (
-            np.concatenate([np.tile(getattr(each, end), n) for each, n in zip(spaces, history)])
+            np.append(getattr(observed, end), np.tile(getattr(acted, end), count))
             for end in ("low", "high")
         )
-        dtype = spaces[0].dtype
-        super().__init__(venv, Box(low.astype(dtype), high.astype(dtype), dtype=dtype.type))
-        self._inputs = np.zeros((self.num_envs, len(low)), dtype)
-        size = spaces[0].shape[0]
-        self._newest = slice(size * (history[0] - 1), size * history[0])
+        super().__init__(venv, Box(low, high, dtype=observed.dtype))
+        self._actions = np.zeros((self.num_envs, count * acted.shape[0]), observed.dtype)
 
     def reset(self) -> Any:
-        self._inputs[:] = 0
-        return self._observe(self.venv.reset())
+        self._actions[:] = 0
+        return np.hstack([self.venv.reset(), self._actions])
 
     def step_async(self, actions: NDArray[np.float32]) -> None:
-        self._append(self._inputs[:, self._newest.stop :], actions)
+        kept = self._actions[:, actions.shape[1] :]
+        self._actions[:] = np.hstack([kept, actions])
         self.venv.step_async(actions)
 
     def step_wait(self) -> Any:
         observations, rewards, dones, infos = self.venv.step_wait()
-        first, ended = observations.copy(), np.flatnonzero(dones)
-        for index in ended:
-            observations[index] = infos[index]["terminal_observation"]
-        inputs = self._observe(observations)
-        for index in ended:
-            infos[index]["terminal_observation"] = inputs[index].copy()
-        self._inputs[ended] = 0  # the next episodes begin
-        self._inputs[ended, self._newest] = first[ended]
-        inputs[ended] = self._inputs[ended]
-        return inputs, rewards, dones, infos
-
-    def _observe(self, observations: NDArray[Any]) -> NDArray[Any]:
-        self._append(self._inputs[:, : self._newest.stop], observations)
-        return self._inputs.copy()
-
-    @staticmethod
-    def _append(part: NDArray[Any], newest: NDArray[Any]) -> None:
-        """Shifts the oldest values out and the newest in; an empty part stays."""
-        if part.size:
-            part[:] = np.concatenate([part[:, newest.shape[1] :], newest], axis=1)
+        for index in np.flatnonzero(dones):
+            last = infos[index]["terminal_observation"]
+            infos[index]["terminal_observation"] = np.append(last, self._actions[index])
+            self._actions[index] = 0
+        return np.hstack([observations, self._actions]), rewards, dones, infos
 
 
 def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
@@ -113,8 +102,11 @@ def wrap(walkers: VecEnv, settings: Settings) -> VecNormalize:
     walkers = VecMonitor(walkers)
     if settings.action_delay > 0:
         walkers = DelayedActions(walkers, settings.action_delay, settings.seed)
-    if settings.history not in (None, NO_HISTORY):
-        walkers = HistoryWrapper(walkers, settings.history)
+    num_observations, num_actions = settings.history or NO_HISTORY
+    if num_observations > 1:
+        walkers = VecFrameStack(walkers, num_observations)
+    if num_actions > 0:
+        walkers = ActionHistory(walkers, num_actions)
     walkers = BoundedRewards(walkers)
     return VecNormalize(walkers, gamma=settings.gamma, clip_obs=OBSERVATION_CLIP)
 

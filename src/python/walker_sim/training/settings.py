@@ -8,10 +8,11 @@ import hashlib
 import json
 import math
 from dataclasses import dataclass, field
-from typing import Any, Callable, Mapping, NamedTuple, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 from walker_sim import _core
 from walker_sim.training.curve import COLUMNS
+from walker_sim.training.mixture import Part
 from walker_sim.worlds import World, read_world
 
 EVOLUTIONARY = ("es", "cma")
@@ -31,14 +32,6 @@ Check = Callable[[str, Any], Any]
 
 class SettingsError(ValueError):
     """A setting is invalid. The message names it, its value and what is allowed."""
-
-
-class Part(NamedTuple):
-    """One world of a mixture."""
-
-    name: str  # in evaluations: given, a preset's, or the world's text
-    world: World
-    weight: int  # share of the training, relative to the other worlds'; 0: evaluations only
 
 
 def _require(is_allowed: bool, name: str, value: Any, what: str) -> None:

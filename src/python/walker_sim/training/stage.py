@@ -9,7 +9,7 @@ import signal
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from walker_sim.errors import UnknownKeyword
 from walker_sim.files import remove_unfinished, replace_file
 from walker_sim.training.curriculum import Curriculum
 from walker_sim.training.curve import Point, draw_curve, read_curve, write_curve
+from walker_sim.training.mixture import Part, in_turn, text_of
 from walker_sim.training.policy_file import (
     PolicyFile,
     read_policy,
@@ -28,7 +29,7 @@ from walker_sim.training.policy_file import (
     with_history,
     write_policy,
 )
-from walker_sim.training.settings import Part, Settings
+from walker_sim.training.settings import Settings
 from walker_sim.training.settings_file import read_settings, write_settings
 from walker_sim.worlds import World
 
@@ -387,31 +388,6 @@ class Stage(ABC):
             # `play` may be ending: a second signal must not end `save_checkpoint`.
             self._is_playing = False
             raise Stopped
-
-
-def in_turn(mixture: Sequence[Part]) -> list[World]:
-    """Returns a weighted round-robin: each world in proportion to its weight, evenly spread."""
-    divisor = int(np.gcd.reduce([part.weight for part in mixture]))
-    weights = [part.weight // divisor for part in mixture]
-    total = sum(weights)
-    lags, worlds = [0] * len(mixture), []
-    for _ in range(total):
-        lags = [lag + weight for lag, weight in zip(lags, weights)]
-        turn = lags.index(max(lags))
-        lags[turn] -= total
-        worlds.append(mixture[turn].world)
-    return worlds
-
-
-def text_of(mixture: Sequence[Part]) -> str:
-    """Returns the worlds and their weights as a text; of a single world, the world's own."""
-    texts = [_core.world_text(part.world) for part in mixture]
-    if len(mixture) == 1:
-        return texts[0]
-    return ", ".join(
-        f"{part.weight} {text if part.name == text else f'{part.name} {text}'}"
-        for part, text in zip(mixture, texts)
-    )
 
 
 def checkpoint_of(folder: Path) -> Path:
