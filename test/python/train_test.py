@@ -189,6 +189,22 @@ def test_the_policy_to_start_from_is_kept_if_it_stays_the_best(tmp_path):
     assert np.allclose(last.deviation, shipped.deviation, rtol=1e-6)
 
 
+def test_only_the_value_network_learns_at_first(tmp_path):
+    settings = small(start="shipped", layers=None, value_steps=1024)
+    seen = {}
+
+    def look(training, point):
+        if point is not None:
+            network = training.model.policy
+            tensors = network.action_net.weight, network.value_net.weight
+            seen[training.steps] = [tensor.detach().numpy().copy() for tensor in tensors]
+
+    train(tmp_path / "run", settings, report=look)
+    (actor, value), (same, other), (changed, _) = (seen[steps] for steps in (0, 1024, 2048))
+    assert np.array_equal(actor, same) and not np.array_equal(actor, changed)
+    assert not np.array_equal(value, other)
+
+
 @pytest.mark.parametrize("algorithm", ["ppo", "sac", "tqc"])
 def test_each_algorithm_stops_and_resumes(tmp_path, algorithm):
     own = {"learning_starts": 100, "buffer_size": 5000} if algorithm != "ppo" else {"log_std": None}

@@ -43,6 +43,8 @@ class PPO(stable_baselines3.PPO):
 
     num_threads = 2
     """Number of threads that learn. Results do not depend on it."""
+    value_steps = 0
+    """Number of first steps in which only the value network learns."""
 
     def learn(self, *arguments: Any, **keywords: Any) -> Any:
         """Learns as Stable-Baselines3's PPO, with half of the threads for each network."""
@@ -57,6 +59,7 @@ class PPO(stable_baselines3.PPO):
         optimizer = self.policy.optimizer
         self.policy.set_training_mode(True)
         self._update_learning_rate(optimizer)
+        policy_learns = self.num_timesteps > self.value_steps
         with ThreadPoolExecutor(1) as other:
             for _ in range(self.n_epochs):
                 for batch in self.rollout_buffer.get(self.batch_size):
@@ -64,7 +67,8 @@ class PPO(stable_baselines3.PPO):
                     of_values = other.submit(self._add_gradient_of_values, batch)
                     if self.num_threads == 1:
                         of_values.result()
-                    self._add_gradient_of_policy(batch)
+                    if policy_learns:
+                        self._add_gradient_of_policy(batch)
                     of_values.result()
                     clip_grad_norm_(self.policy.parameters(), self.max_grad_norm)
                     optimizer.step()

@@ -53,6 +53,7 @@ class Training(Stage):
         if start is not None:
             learner.begin_with(start, self.model)
         self._set_worlds()
+        self.model.value_steps = settings.value_steps
         self.model.num_threads = self.num_threads or os.cpu_count() or 1
         self.walkers.seed(self.first_seed)
         self.networks: deque[Sequence[NDArray[np.float32]]] = deque(

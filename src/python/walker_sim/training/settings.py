@@ -233,6 +233,9 @@ class Settings:
     gae_lambda: float = _setting(0.95, _number(0, 1), "ppo")
     clip_range: float = _setting(0.2, _number(0, 1), "ppo")
     entropy: float = _setting(0.0, _number(0, 1), "ppo")
+    value_steps: int = _setting(0, _whole(0), "ppo")
+    """Number of first steps in which only the value network learns: a policy to start from would
+    lose what it can do to advantages that are not yet known."""
     layers: tuple[int, ...] | None = _setting(None, _optional(_layers))
     """Sizes of the hidden layers; None: [64, 64], or those of the policy to start from."""
     activation: str | None = _setting(None, _optional(_one_of("tanh", "relu")))
