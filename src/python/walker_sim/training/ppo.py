@@ -5,7 +5,6 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import numpy as np
 import stable_baselines3
 import torch
 from threadpoolctl import threadpool_limits
@@ -14,10 +13,10 @@ from torch.nn import functional
 from torch.nn.utils.clip_grad import clip_grad_norm_
 
 
-class _NumpyTanh(torch.autograd.Function):
+class _SigmoidTanh(torch.autograd.Function):
     @staticmethod
     def forward(context: Any, inputs: Any) -> Any:
-        outputs = torch.from_numpy(np.tanh(inputs.numpy()))
+        outputs = (inputs + inputs).sigmoid_().mul_(2).sub_(1)
         context.save_for_backward(outputs)
         return outputs
 
@@ -28,10 +27,11 @@ class _NumpyTanh(torch.autograd.Function):
 
 
 class Tanh(nn.Tanh):
-    """Hyperbolic tangent by NumPy, which takes a fifth of the time of PyTorch's without MKL."""
+    """Hyperbolic tangent as 2 sigmoid(2 x) - 1, within 2e-7, which takes half of the time of
+    PyTorch's without MKL."""
 
     def forward(self, inputs: Any) -> Any:
-        return _NumpyTanh.apply(inputs)
+        return _SigmoidTanh.apply(inputs)
 
 
 class PPO(stable_baselines3.PPO):
