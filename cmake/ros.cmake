@@ -1,12 +1,13 @@
 # The libraries and programs of the ROS package.
 walker_sim_sources(agents_sources agents)
 walker_sim_sources(server_sources description ros server)
+list(REMOVE_ITEM server_sources ${drawing_sources})
 walker_sim_sources(replay_sources replay)
 add_library(walker_sim_agents STATIC ${agents_sources})
 add_library(walker_sim_server STATIC ${server_sources})
 find_library(TINYXML2_LIBRARY tinyxml2)
 target_link_libraries(walker_sim_server
-  PUBLIC walker_sim_wire Eigen3::Eigen PRIVATE ${TINYXML2_LIBRARY})
+  PUBLIC walker_sim_drawing walker_sim_wire Eigen3::Eigen PRIVATE ${TINYXML2_LIBRARY})
 # The server itself reads no bags.
 find_package(rosbag_storage REQUIRED)
 add_library(walker_sim_replay STATIC ${replay_sources})

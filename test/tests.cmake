@@ -90,6 +90,7 @@ endfunction()
 set(core_libraries walker_sim_core_objects walker_sim_pictures)
 walker_sim_add_unit_tests(base LIBRARIES ${core_libraries} WITH simd)
 walker_sim_add_unit_tests(client LIBRARIES ${core_libraries} WITH wire LEFT_OUT service_types_test)
+walker_sim_add_unit_tests(drawing LIBRARIES walker_sim_drawing ${core_libraries})
 walker_sim_add_unit_tests(policy LIBRARIES ${core_libraries})
 
 set(left_out pool_race_test) # a separate program, see below

@@ -26,7 +26,7 @@ MarkerTopics::MarkerTopics(ros::NodeHandle& node, Walker& shown, std::string fra
       "state_markers", kStateQueue, [this](const ros::SingleSubscriberPublisher& viewer) {
         if (!has_state()) return;
         MarkerArray array = make_state();
-        array.markers.push_back(path_.marker(header()));
+        array.markers.push_back(to_marker(path_.drawing(), header()));
         viewer.publish(array);
       });
 }
@@ -48,7 +48,7 @@ void MarkerTopics::publish_state(ros::Time stamp) {
   MarkerArray array = make_state();
   const std::vector<Pose>& links = shown_.sensors().link_poses;
   if (!links.empty() && path_.add(links.front().position))
-    array.markers.push_back(path_.marker(header()));
+    array.markers.push_back(to_marker(path_.drawing(), header()));
   state_publisher_.publish(array);
 }
 
@@ -58,7 +58,7 @@ MarkerArray MarkerTopics::make_scene() {
   floor_ = scene.floor;
   if (floor_) {
     floor_center_ = floor_center();
-    array.markers.push_back(floor_marker(*floor_, floor_center_, header()));
+    array.markers.push_back(to_marker(floor_drawing(*floor_, floor_center_), header()));
   }
   return array;
 }
@@ -73,7 +73,7 @@ void MarkerTopics::move_floor() {
   if (center == floor_center_) return;
   floor_center_ = center;
   MarkerArray array;
-  array.markers.push_back(floor_marker(*floor_, floor_center_, header()));
+  array.markers.push_back(to_marker(floor_drawing(*floor_, floor_center_), header()));
   scene_publisher_.publish(array);
 }
 

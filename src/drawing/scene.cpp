@@ -1,50 +1,13 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
-#include <vector>
 
-#include "server/markers/markers.h"
+#include "drawing/polygons.h"
 
 namespace walker {
 namespace {
 
-// rviz draws coloured vertices unlit, so every shade is chosen here.
-
-/// A point of the world's x,z plane [m].
-using PlanePoint = std::array<double, 2>;
-/// A closed polygon in the world's x,z plane.
-using Outline = std::vector<PlanePoint>;
-
-/// An interval of y, from the viewer's side to the far side.
-struct Depth {
-  double near;  ///< y [m]
-  double far;   ///< y [m], greater than `near`
-};
-
-geometry_msgs::Point to_point(const PlanePoint& point, double y) {
-  geometry_msgs::Point message;
-  message.x = point[0];
-  message.y = y;
-  message.z = point[1];
-  return message;
-}
-
-Color shaded(const Color& color, double factor) {
-  return {std::min(1.0, color[0] * factor), std::min(1.0, color[1] * factor),
-          std::min(1.0, color[2] * factor), color[3]};
-}
-
 Color with_alpha(const Color& color, double alpha) { return {color[0], color[1], color[2], alpha}; }
-
-bool is_finite(const PlanePoint& point) {
-  return std::isfinite(point[0]) && std::isfinite(point[1]);
-}
-
-bool is_drawable(const Outline& outline) {
-  constexpr std::size_t kTriangle = 3;
-  return outline.size() >= kTriangle && std::all_of(outline.begin(), outline.end(), is_finite);
-}
 
 /// Replaces every coordinate by `place(coordinate, centre)`; the centre is the mean of the points.
 template <typename Place>
@@ -76,39 +39,6 @@ Outline rounded(Outline outline, int rounds) {
   return outline;
 }
 
-void add_line(const geometry_msgs::Point& from, const geometry_msgs::Point& to, const Color& color,
-              Marker& lines) {
-  lines.points.push_back(from);
-  lines.points.push_back(to);
-  lines.colors.insert(lines.colors.end(), 2, to_color(color));
-}
-
-void add_triangle(const std::array<geometry_msgs::Point, 3>& corners,
-                  const std::array<Color, 3>& colors, Marker& triangles) {
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    triangles.points.push_back(corners[i]);
-    triangles.colors.push_back(to_color(colors[i]));
-  }
-}
-
-/// Adds the rectangle that the line from `from` to `to` sweeps over the depth.
-void add_wall(const PlanePoint& from, const PlanePoint& to, const Depth& depth,
-              const Color& near_color, const Color& far_color, Marker& triangles) {
-  add_triangle({to_point(from, depth.near), to_point(to, depth.near), to_point(to, depth.far)},
-               {near_color, near_color, far_color}, triangles);
-  add_triangle({to_point(from, depth.near), to_point(to, depth.far), to_point(from, depth.far)},
-               {near_color, far_color, far_color}, triangles);
-}
-
-/// Adds a convex polygon at `y`, with one colour per point.
-void add_face(const Outline& outline, double y, const std::vector<Color>& colors,
-              Marker& triangles) {
-  for (std::size_t i = 1; i + 1 < outline.size(); ++i) {
-    add_triangle({to_point(outline[0], y), to_point(outline[i], y), to_point(outline[i + 1], y)},
-                 {colors[0], colors[i], colors[i + 1]}, triangles);
-  }
-}
-
 // The world is the plane y = 0, seen from -y. These depths are only visual [m].
 constexpr Depth kGroundDepth{-2, 2};
 constexpr Depth kObstacleDepth{-2.02, 2.02};  // more than the ground's, against flicker
@@ -124,7 +54,7 @@ constexpr Color kOutlineColor{0.6, 0.6, 0.6, 1};
 constexpr Color kPoleColor{0.2, 0.2, 0.22, 1};
 
 /// Adds the earth below the surface, darker with depth, on the near and on the far side.
-void add_earth(const Outline& outline, const Color& color, Marker& triangles) {
+void add_earth(const Outline& outline, const Color& color, Drawing& triangles) {
   constexpr double kDarkness = 0.62;
   Outline earth = outline;
   earth[0][1] -= kGrassHeight;
@@ -180,7 +110,7 @@ std::vector<Interval> uncovered(const PlanePoint& from, const PlanePoint& to,
 
 /// Adds the surface and its edge, which hangs over the earth.
 void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
-               const std::vector<ScenePolygon>& obstacles, Marker& triangles) {
+               const std::vector<ScenePolygon>& obstacles, Drawing& triangles) {
   constexpr double kFarShade = 0.8;
   constexpr double kEdgeShade = 0.88;
   for (const auto& [left, right] : uncovered(from, to, obstacles)) {
@@ -194,29 +124,29 @@ void add_grass(const PlanePoint& from, const PlanePoint& to, const Color& color,
   add_face(edge, kGroundDepth.far, colors, triangles);
 }
 
-Marker ground_marker(const Scene& scene, const Header& header) {
+Drawing ground_drawing(const Scene& scene) {
   constexpr double kEndShade = 0.8;
-  Marker marker = make_marker(header, "ground", Marker::TRIANGLE_LIST);
+  Drawing drawing{"ground"};
   for (std::size_t i = 0; i < scene.ground.size(); ++i) {
     const auto& [outline, color] = scene.ground[i];
     if (!is_drawable(outline)) continue;
-    add_earth(outline, color, marker);
+    add_earth(outline, color, drawing);
     const bool has_surface = i < scene.surface_colors.size();
     add_grass(outline[0], outline[1], has_surface ? scene.surface_colors[i] : color,
-              scene.obstacles, marker);
+              scene.obstacles, drawing);
     // Faces at both ends of the ground; those between its pieces are hidden.
     const Color end_color = shaded(color, kEndShade);
     if (i == 0) {
-      add_wall(outline[0], outline.back(), kGroundDepth, end_color, end_color, marker);
+      add_wall(outline[0], outline.back(), kGroundDepth, end_color, end_color, drawing);
     }
     if (i + 1 == scene.ground.size()) {
-      add_wall(outline[1], outline[2], kGroundDepth, end_color, end_color, marker);
+      add_wall(outline[1], outline[2], kGroundDepth, end_color, end_color, drawing);
     }
   }
-  return marker;
+  return drawing;
 }
 
-void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines) {
+void add_obstacle(const ScenePolygon& obstacle, Drawing& triangles, Drawing& lines) {
   constexpr double kFaceShade = 0.96;
   constexpr double kFlankShade = 0.84;
   const Outline& outline = obstacle.points;
@@ -238,7 +168,7 @@ void add_obstacle(const ScenePolygon& obstacle, Marker& triangles, Marker& lines
 }
 
 /// Adds a round cloud: dense inside, transparent at its rim, thinner towards its bottom.
-void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
+void add_cloud(const ScenePolygon& cloud, double y, Drawing& triangles) {
   constexpr int kRounds = 3;
   constexpr double kCore = 0.7;  // of the size
   constexpr double kTopAlpha = 0.95;
@@ -265,17 +195,17 @@ void add_cloud(const ScenePolygon& cloud, double y, Marker& triangles) {
   }
 }
 
-Marker cloud_marker(const Scene& scene, const Header& header) {
+Drawing clouds_drawing(const Scene& scene) {
   constexpr std::size_t kRows = 3;
-  Marker marker = make_marker(header, "clouds", Marker::TRIANGLE_LIST);
+  Drawing drawing{"clouds"};
   for (std::size_t i = 0; i < scene.clouds.size(); ++i) {
     const double y = kNearestCloudY + kCloudSpacing * static_cast<double>(i % kRows);
-    if (is_drawable(scene.clouds[i].points)) add_cloud(scene.clouds[i], y, marker);
+    if (is_drawable(scene.clouds[i].points)) add_cloud(scene.clouds[i], y, drawing);
   }
-  return marker;
+  return drawing;
 }
 
-void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
+void add_flag(const Flag& flag, Drawing& triangles, Drawing& poles) {
   // Gymnasium's proportions, relative to the pole's height.
   constexpr double kPennantLength = 0.5;
   constexpr double kPennantHeight = 0.2;
@@ -289,69 +219,20 @@ void add_flag(const Flag& flag, Marker& triangles, Marker& poles) {
   add_face(pennant, kFlagY, {flag.color, flag.color, shaded(flag.color, kTipShade)}, triangles);
 }
 
-/// Interpolates between two colours, `share` in [0, 1].
-Color mixed(const Color& from, const Color& to, double share) {
-  Color color{};
-  for (std::size_t i = 0; i < color.size(); ++i) color[i] = from[i] + share * (to[i] - from[i]);
-  return color;
-}
-
-/// Appends a marker unless it has no points, which rviz reports as an error.
-void append_if_any(const Marker& marker, MarkerArray& array) {
-  if (!marker.points.empty()) array.markers.push_back(marker);
-}
-
 }  // namespace
 
-double floor_center(const Floor& floor, double x) {
-  // An even number of tiles, so that the colours do not depend on the centre.
-  const double step = 4 * floor.tile;
-  return step * std::round(x / step);
-}
-
-Marker floor_marker(const Floor& floor, double center, const Header& header) {
-  // Extent in tiles: beyond both sides of the picture, and as deep as looks good.
-  constexpr int kAhead = 20;
-  constexpr int kNear = -7;
-  constexpr int kFar = 13;
-  constexpr double kPaleness = 0.85;  // of the farthest tiles, against flicker
-  const auto& [light, dark] = floor.colors;
-  Marker marker = make_marker(header, "floor", Marker::TRIANGLE_LIST);
-  if (!std::isfinite(floor.z)) return deletion(header, "floor");
-  for (int row = kNear; row < kFar; ++row) {
-    const double paleness = kPaleness * std::max(row, 0) / kFar;
-    const Depth depth{row * floor.tile, (row + 1) * floor.tile};
-    for (int column = -kAhead; column < kAhead; ++column) {
-      const Color& tone = (row + column) % 2 == 0 ? light : dark;
-      const Color color = mixed(tone, light, paleness);
-      const double left = center + column * floor.tile;
-      add_wall({left, floor.z}, {left + floor.tile, floor.z}, depth, color, color, marker);
-    }
-  }
-  return marker;
-}
-
-MarkerArray scene_markers(const Scene& scene, const Header& header) {
-  MarkerArray array;
-  array.markers.push_back(deletion(header, ""));
-  array.markers.back().action = Marker::DELETEALL;
-  append_if_any(ground_marker(scene, header), array);
-  Marker obstacles = make_marker(header, "obstacles", Marker::TRIANGLE_LIST);
-  Marker outlines = make_marker(header, "obstacle_outlines", Marker::LINE_LIST, kOutlineWidth);
+std::vector<Drawing> scene_drawings(const Scene& scene) {
+  Drawing obstacles{"obstacles"};
+  Drawing outlines{"obstacle_outlines", Drawing::Kind::lines, kOutlineWidth};
   for (const ScenePolygon& obstacle : scene.obstacles) {
     if (is_drawable(obstacle.points)) add_obstacle(obstacle, obstacles, outlines);
   }
-  append_if_any(obstacles, array);
-  append_if_any(outlines, array);
-  append_if_any(cloud_marker(scene, header), array);
-  Marker flags = make_marker(header, "flags", Marker::TRIANGLE_LIST);
-  Marker poles = make_marker(header, "flag_poles", Marker::LINE_LIST, kPoleWidth);
+  Drawing flags{"flags"};
+  Drawing poles{"flag_poles", Drawing::Kind::lines, kPoleWidth};
   for (const Flag& flag : scene.flags) {
     if (is_finite({flag.x, flag.z}) && std::isfinite(flag.height)) add_flag(flag, flags, poles);
   }
-  append_if_any(flags, array);
-  append_if_any(poles, array);
-  return array;
+  return {ground_drawing(scene), obstacles, outlines, clouds_drawing(scene), flags, poles};
 }
 
 }  // namespace walker
