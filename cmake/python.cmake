@@ -8,7 +8,7 @@ add_library(walker_sim_python MODULE ${python_sources})
 pybind11_extension(walker_sim_python)
 set_target_properties(walker_sim_python PROPERTIES OUTPUT_NAME _core CXX_VISIBILITY_PRESET hidden
   VISIBILITY_INLINES_HIDDEN ON)
-target_link_libraries(walker_sim_python PRIVATE pybind11::module walker_sim_core_objects
+target_link_libraries(walker_sim_python PRIVATE pybind11::module walker_sim_core_objects walker_sim_drawing
   Threads::Threads ${CMAKE_DL_LIBS} "-Wl,--exclude-libs,ALL")
 # With ROS, the module goes beside the messages in the devel space. Without ROS, walker_sim's
 # extend_path finds it if this build's python/ is on Python's path.

@@ -16,6 +16,7 @@ namespace walker::python {
 
 // Each binds the classes of one source file. walker_sim/_core.pyi has their signatures.
 void bind_client(pybind11::module& module);
+void bind_drawing(pybind11::module& module);
 void bind_renderer(pybind11::module& module);
 void bind_policy(pybind11::module& module);
 void bind_pool(pybind11::module& module);

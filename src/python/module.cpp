@@ -138,6 +138,7 @@ PYBIND11_MODULE(_core, module) {
   });
   module.def("world_text",
              [](const py::dict& world) { return to_str(to_string(to_world(world))); });
+  bind_drawing(module);
   bind_renderer(module);
   bind_pool(module);
   bind_client(module);

@@ -19,9 +19,9 @@
 #include "episode/walker.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
+#include "python/shown_state.h"
 #include "walker_sim/pool.h"
 #include "walker_sim/registry.h"
-#include "walker_sim/renderer.h"
 
 namespace walker::python {
 namespace py = pybind11;
@@ -41,6 +41,7 @@ class PoolBinding {
         parameters_(to_parameters(parameters)),
         options_{num_envs, num_threads, find_autoreset_mode(autoreset_mode).value(), batch_size},
         pool_([this] { return make(id_, parameters_); }, options_),
+        specification_(std::make_shared<const Specification>(pool_.specification())),
         received_(pool_.options().batch_size) {
     if (options_.autoreset_mode != AutoresetMode::same_step) return;
     final_observations_.resize(options_.num_envs * observation_size());
@@ -289,8 +290,9 @@ class PoolBinding {
     return pool;
   }
 
-  StateCapture capture(std::size_t index) {
-    StateCapture captured;
+  ShownState capture(std::size_t index) {
+    ShownState captured;
+    captured.specification = specification_;
     const GilFreeLock lock(mutex_);
     pool_.walker(index).capture(captured);
     return captured;
@@ -353,6 +355,7 @@ class PoolBinding {
   Parameters parameters_;
   PoolOptions options_;
   Pool pool_;
+  std::shared_ptr<const Specification> specification_;  // outlives the pool in captured states
   CallMutex mutex_;
   std::atomic<bool> has_worlds_{false};  // false: no environment has a world
   std::vector<std::uint32_t> received_;  // indices of the last `recv`

@@ -10,6 +10,7 @@
 #include "base/posix.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
+#include "python/shown_state.h"
 #include "walker_sim/registry.h"
 #include "walker_sim/renderer.h"
 
@@ -71,7 +72,7 @@ class RendererBinding {
 
   /// @param rgb   height x width x 3, uint8; None: not drawn
   /// @param depth height x width, float32 [m]; None: not drawn
-  void render(const StateCapture& captured, const py::object& rgb, const py::object& depth) {
+  void render(const ShownState& captured, const py::object& rgb, const py::object& depth) {
     const Camera& camera = renderer_->camera();
     const std::size_t num_pixels = static_cast<std::size_t>(camera.width) * camera.height;
     auto colors = to_output<ColorOutput>(rgb, "rgb", 3 * num_pixels);
@@ -94,7 +95,6 @@ class RendererBinding {
 
 void bind_renderer(py::module& module) {
   py::module::import("atexit").attr("register")(py::cpp_function([] { exit_guard().exit(); }));
-  py::class_<StateCapture>(module, "StateCapture").def_readonly("step", &StateCapture::step);
   py::class_<RendererBinding>(module, "Renderer")
       .def(py::init<const std::string&, const py::dict&, const py::dict&>())
       .def_property_readonly("camera", &RendererBinding::camera)
