@@ -40,7 +40,7 @@ packages_of_debian() {
   if [ "$1" -gt 11 ]; then fuzz_packages+=(libclang-rt-dev); fi
   view_packages=(librviz-dev rviz)
   # Without libopenblas0 torch multiplies matrices with the slow reference BLAS.
-  example_packages=(debootstrap libopenblas0 python3-torch)
+  example_packages=(chromium debootstrap libopenblas0 python3-torch)
   # A Node.js from another source includes npm and conflicts with Debian's npm.
   client_packages=()
   if [ ! -x /usr/bin/npm ]; then client_packages=(nodejs npm); fi

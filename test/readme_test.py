@@ -56,6 +56,7 @@ NOT_TYPED = {
     (CLI, "walker_sim bench"): "measures; test/python/commands_bench_test.py",
     (CLI, "walker_sim doctor"): "test/python/commands_doctor_test.py",
     (CLI, "play BipedalWalker-v3 --seeds"): "needs a window; test/python/commands_play_test.py",
+    (CLI, "--policy shipped --web"): "does not end; test/python/web_test.py",
     ("docs/reliability.md", "hash --steps"): "takes long; test/python/commands_hash_test.py",
     ("docs/adding_an_environment.md", "describe"): "test_rosrun_finds_each_program_once does",
     (GUIDE, "ten_walkers.launch"): "needs the machine for itself; test/server/ten_walkers_test.py",

@@ -112,14 +112,14 @@ run_wheel_suite() {
     "$environment/bin/python" "${pytest[@]}" --noconftest "$root/test/python/wheel_test.py"
 }
 
-# Installs the wheel with its extra in a new environment, as a user does, without compiling anything.
+# Installs the wheel with its extras in a new environment, as a user does, without compiling anything.
 run_wheel_readme() {
   local interpreter=$1 environment wheel
   environment=$build/.wheel/$(version_of "$interpreter")_readme
   rm -rf "$environment" && within /dev/null "$interpreter" -m venv "$environment"
   wheel=$(echo "$build/.wheel/$(version_of "$interpreter")"/*.whl)
   within /dev/null "$environment/bin/python" -m pip install --disable-pip-version-check -q \
-    --only-binary=:all: "${wheel}[box2d]" pytest
+    --only-binary=:all: "${wheel}[box2d,web]" pytest
   exec "${clean[@]}" "$environment/bin/python" "${pytest[@]}" --noconftest \
     "$root/test/python/readme_wheel_test.py"
 }
@@ -214,7 +214,7 @@ case $1 in
   my_walker_pkg) run_my_walker_pkg ;;           # builds, tests and installs examples/my_walker_pkg on top of it
   wheel) build_wheel "$2" ;;                    # PYTHON: builds the wheel with pip
   wheel_suite) run_wheel_suite "${@:2}" ;;      # PYTHON oldest|newest: runs its suite in a clean environment
-  wheel_readme) run_wheel_readme "$2" ;;        # PYTHON: runs README's first example with the wheel's extra
+  wheel_readme) run_wheel_readme "$2" ;;        # PYTHON: runs README's examples without ROS with the wheel
   example_venv) set_up_example "$2" ;;          # LEARNER: makes the virtual environment of an example
   example) run_example "${@:2}" ;;              # LEARNER FILE: runs a suite in it
   sb3_suite) run_sb3_suite ;;                   # runs Stable-Baselines3's tests with this package

@@ -113,6 +113,7 @@ if(is_debian_12)
     python/sb3_make_vec_env python/sb3_models python/sb3_promises python/sb3_worlds python/train
     examples/sb3_ppo)
   walker_sim_add_examples(torch long python/torch)
+  walker_sim_add_examples(web long python/web python/web_server)
 endif()
 
 # Suites and clients of other projects; docs/compatibility.md lists the results.

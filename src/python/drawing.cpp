@@ -125,6 +125,8 @@ void bind_drawing(py::module& module) {
   py::class_<ShownState>(module, "StateCapture")
       .def_readonly("step", &StateCapture::step)
       .def_property_readonly("link_poses", &link_poses)
+      .def_property_readonly("joint_positions",
+                             [](const ShownState& shown) { return shown.sensors.joint_position; })
       .def_property_readonly("floor_center", &center_of_floor)
       .def("floor_drawing", &drawing_of_floor)
       .def("scene_drawings",

@@ -102,6 +102,11 @@ def test_recording_with_changed_arrays(arrays, tmp_path, command):
     assert statuses.count(2) > TRIALS
 
 
+def pushes(steps, columns=2, force=1.0):
+    forces = np.full((len(steps), columns), force)
+    return {"format": 2, "push_steps": np.array(steps), "push_forces": forces}
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -118,7 +123,12 @@ def test_recording_with_changed_arrays(arrays, tmp_path, command):
         ),
         ({"episode_starts": np.array([0, 13, 12])}, "episode_starts must be ascending"),
         ({"episode_starts": np.array([-1, 6, 12])}, "episode_starts does not fit 2 seeds"),
-        ({"format": 2}, "a recording of format 2; must be of format 1"),
+        ({"format": 3}, "a recording of format 3; must be of format 1 or 2"),
+        ({"format": 2}, "a recording without push_forces, push_steps"),
+        (pushes([12]), "push_steps must be ascending, from 0 to 11"),
+        (pushes([3, 3]), "push_steps must be ascending, from 0 to 11"),
+        (pushes([3], columns=3), "push_forces must have two columns, the forces along x and z"),
+        (pushes([3], force=np.inf), "push_forces must be finite"),
         ({"id": "Walker3d"}, "ID = Walker3d: must be one of"),
         ({"actions": None}, "a recording without actions"),
         ({"seeds": np.array([1.5, 2])}, "seeds has 1 dimensions and type float64; must have 1 and"),

@@ -61,24 +61,24 @@ def pass_time(viewer, clock, seconds):
 
 def test_steps_in_real_time(viewer, clock):
     pass_time(viewer, clock, 10 * DT)
-    assert viewer.session.step_count == 10
+    assert viewer.session.episode.length == 10
     assert viewer.status().split("    ")[:3] == ["episode 1", "seed 3", "step 10"]
 
 
 def test_pause_and_single_steps(pygame, viewer, clock):
     press(pygame, viewer, "SPACE")
     pass_time(viewer, clock, 1)
-    assert viewer.session.step_count == 0
+    assert viewer.session.episode.length == 0
     assert viewer.status().endswith("paused")
     press(pygame, viewer, "PERIOD", "PERIOD")
     pass_time(viewer, clock, 1)
-    assert viewer.session.step_count == 2
+    assert viewer.session.episode.length == 2
     press(pygame, viewer, "SPACE")
     pass_time(viewer, clock, 5 * DT)
-    assert viewer.session.step_count == 7
+    assert viewer.session.episode.length == 7
     press(pygame, viewer, "PERIOD")  # also pauses
     pass_time(viewer, clock, 1)
-    assert viewer.session.step_count == 8
+    assert viewer.session.episode.length == 8
 
 
 def speed_after(pygame, viewer, *keys):
@@ -102,12 +102,13 @@ def test_arrows_push_the_trunk(pygame, clock, walker):
     assert speed_after(pygame, viewer, "DOWN")[1] < unpushed[1]
     twice = speed_after(pygame, viewer, "RIGHT", "RIGHT") - unpushed
     assert twice[0] > 1.5 * right[0]
-    assert viewer.session.push_count == 2
+    ((step, force),) = viewer.session.episode.pushes
+    assert (step, force[1]) == (0, 0)
     diagonal = speed_after(pygame, viewer, "RIGHT", "UP") - unpushed
     assert min(diagonal) > 0
     assert np.array_equal(speed_after(pygame, viewer, "LEFT", "RIGHT"), unpushed)
     assert np.array_equal(speed_after(pygame, viewer), unpushed)
-    assert viewer.session.push_count == 0
+    assert len(viewer.session.episode.pushes) == 0
 
 
 def test_a_push_is_the_worlds_and_acts_for_one_step(pygame, clock):
@@ -124,7 +125,7 @@ def test_a_push_is_the_worlds_and_acts_for_one_step(pygame, clock):
 def test_a_push_by_hand_is_reported(pygame, clock, capsys):
     viewer = make_viewer(clock, max_episode_steps=2)
     press(pygame, viewer, "RIGHT", "PERIOD", "UP", "PERIOD", "UP")  # the last one after the end
-    assert viewer.session.push_count == 2
+    assert len(viewer.session.episode.pushes) == 2
     assert capsys.readouterr().out.endswith("time limit, pushes by hand: 2\n")
 
 
@@ -137,10 +138,10 @@ class RemoteWalkers(InProcessWalkers):
 def test_arrows_are_refused_over_ros(pygame, clock, capsys):
     viewer = make_viewer(clock, kind=RemoteWalkers)
     press(pygame, viewer, "RIGHT", "LEFT", "PERIOD")
-    assert viewer.session.step_count == 1
-    assert viewer.session.push_count == 0
+    assert viewer.session.episode.length == 1
+    assert len(viewer.session.episode.pushes) == 0
     error = capsys.readouterr().err
-    assert error.startswith("walker_sim play: arrow keys: not over ROS; ")
+    assert error.startswith("walker_sim play: pushes by hand: not over ROS; ")
     assert error.count("\n") == 1
 
 
@@ -159,18 +160,22 @@ def test_speed(pygame, viewer, clock, keys, speed):
     press(pygame, viewer, *keys)
     assert f"speed {speed:g}x" in viewer.status()
     pass_time(viewer, clock, 16 * DT / speed)
-    assert viewer.session.step_count == pytest.approx(16, abs=1)
+    assert viewer.session.episode.length == pytest.approx(16, abs=1)
 
 
 def test_repeat_and_next(pygame, viewer, clock):
     first = shown(pygame)
     pass_time(viewer, clock, 10 * DT)
     press(pygame, viewer, "r")
-    assert (viewer.session.episode, viewer.session.seed, viewer.session.step_count) == (1, 3, 0)
+    assert (viewer.session.count, viewer.session.episode.seed, viewer.session.episode.length) == (
+        1,
+        3,
+        0,
+    )
     assert np.array_equal(shown(pygame), first)
     for seed, episode in ((8, 2), (3, 3)):
         press(pygame, viewer, "n")
-        assert (viewer.session.episode, viewer.session.seed) == (episode, seed)
+        assert (viewer.session.count, viewer.session.episode.seed) == (episode, seed)
 
 
 def test_help(pygame, viewer):
@@ -193,9 +198,9 @@ def test_shows_the_end_before_the_next_episode(capsys, clock):
     pass_time(viewer, clock, 6 * DT)
     assert viewer.status().endswith("time limit")
     pass_time(viewer, clock, play.END_SHOWN - 4 * DT)
-    assert viewer.session.episode == 1
+    assert viewer.session.count == 1
     pass_time(viewer, clock, 4 * DT)
-    assert viewer.session.episode == 2
+    assert viewer.session.count == 2
     line = capsys.readouterr().out
     assert line.startswith("episode 1, seed 3: return ")
     assert line.endswith(", 5 steps, time limit\n")
@@ -203,17 +208,17 @@ def test_shows_the_end_before_the_next_episode(capsys, clock):
 
 def test_paused_at_the_end_of_an_episode(pygame, clock, capsys):
     viewer = make_viewer(clock)
-    while not viewer.session.end:
+    while not viewer.session.episode.end:
         press(pygame, viewer, "PERIOD")
-    assert viewer.session.end == "fell"
-    length = viewer.session.step_count
+    assert viewer.session.episode.end == "fell"
+    length = viewer.session.episode.length
     press(pygame, viewer, "PERIOD")
-    assert viewer.session.step_count == length
+    assert viewer.session.episode.length == length
     assert viewer.status().endswith("fell, paused")
     pass_time(viewer, clock, 2 * play.END_SHOWN)
-    assert viewer.session.episode == 1
+    assert viewer.session.count == 1
     press(pygame, viewer, "r")
-    assert viewer.session.end == ""
+    assert viewer.session.episode.end == ""
 
 
 def start(*arguments, **variables):

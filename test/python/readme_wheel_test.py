@@ -8,6 +8,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import urllib.request
 
 import numpy as np
 import walker_sim
@@ -58,12 +59,25 @@ def test_the_first_example(tmp_path):
 
 
 def test_the_policy_walks(tmp_path):
-    command = (
-        block("", "python3 -m walker_sim play").splitlines()[1].replace(" play ", " evaluate ")
-    )
+    command = block("", "python3 -m walker_sim play").splitlines()[1]
+    command = command.replace(" play ", " evaluate ").replace(" --web", "")
     done = run(f"{command} --seeds 0:5", tmp_path)
     assert done.returncode == 0, done.stderr
     assert float(re.search(r"mean return +(-?[\d.]+)", done.stdout)[1]) > 290, done.stdout
+
+
+def test_the_page_is_served():
+    """web_test.py uses it in a browser."""
+    install, command = block("", "python3 -m walker_sim play").splitlines()
+    assert install == "pip install '.[web]'"
+    words = [sys.executable, *command.split()[1:]]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline())[0]
+            with urllib.request.urlopen(address, timeout=30) as answer:
+                assert "<html" in answer.read().decode()
+        finally:
+            process.terminate()
 
 
 def test_install_md_names_the_requirements():

@@ -94,7 +94,11 @@ class InProcessWalkers(Walkers):
             raise RuntimeError(error)
 
     def render(self, environment: int, pictures: Pictures, rgb: Colors, depth: Depths) -> None:
-        pictures.renderer.render(self._pool.capture(environment), rgb, depth)
+        pictures.renderer.render(self.capture(environment), rgb, depth)
+
+    def capture(self, environment: int) -> _core.StateCapture:
+        """Returns what a picture of a walker shows, a copy of its present state."""
+        return self._pool.capture(environment)
 
     def worlds(self) -> tuple[World, ...]:
         return tuple(map(self._pool.world, range(self.num_envs)))

@@ -43,9 +43,11 @@ class Steps(NamedTuple):
 
 @dataclass(order=True)
 class RecordedEpisode(PlayedEpisode):
-    """A played episode and its steps."""
+    """A played episode, its steps and its pushes by hand: the index of the step and the force along
+    x and z [N] of each."""
 
     steps: Steps = field(default_factory=lambda: Steps([], [], [], [], [], []))
+    pushes: list[tuple[int, tuple[float, float]]] = field(default_factory=list)
 
 
 def play(

@@ -170,6 +170,15 @@ def number(text: str, above: float = -math.inf) -> float:
 positive = functools.partial(number, above=0)
 
 
+def port(text: str) -> int:
+    """Parses the number of a TCP port, for argparse."""
+    if not re.fullmatch(r"[0-9]{1,5}", text) or not 0 < int(text) < 1 << 16:
+        raise argparse.ArgumentTypeError(
+            f"{text}: must be a whole number from 1 to {(1 << 16) - 1}"
+        )
+    return int(text)
+
+
 def _episodes(text: str) -> int:
     return _bounded(text, count(text))
 

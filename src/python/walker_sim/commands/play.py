@@ -1,7 +1,8 @@
-"""``play``: shows a walker in a window."""
+"""``play``: shows a walker in a window or on a page in the browser."""
 
 from __future__ import annotations
 
+import argparse
 import functools
 import sys
 import time
@@ -12,14 +13,11 @@ import numpy as np
 from gymnasium.error import DependencyNotInstalled
 from numpy.typing import NDArray
 
-from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import Policy, end_of
-from walker_sim.commands.policies import POLICY_HELP, Policies, make_policies
+from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.commands.session import Session, text_of_end
 from walker_sim.rendering import Pictures, split_keywords
-from walker_sim.walkers import Walkers
 from walker_sim.window import Pace, Screen, load_pygame
-from walker_sim.worlds import text_of
 
 EPISODES = 100
 END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
@@ -40,9 +38,10 @@ Q, Esc           quit"""
 PUSHES = {"LEFT": (-1, 0), "RIGHT": (1, 0), "UP": (0, 1), "DOWN": (0, -1)}  # x and z, by key
 
 DESCRIPTION = """\
-Shows a walker in a window in real time, one episode for each seed, and then again from the first
-seed. A line below the picture has the episode, its seed, step and return, the speed, and how the
-episode ended. Needs pygame: pip install "walker_sim[window]".
+Shows a walker in real time, in a window or with --web on a page in the browser: one episode for
+each seed, and then again from the first seed. A line beside the picture has the episode, its seed,
+step and return, the speed, and how the episode ended. The window needs pygame, pip install
+"walker_sim[window]"; the page needs viser and no display, pip install "walker_sim[web]".
 
 An arrow key pushes the trunk in the next step. The impulse is the default of a world's parameter
 push_impulse; keys in the same step add up. After such a push the episode is no longer the one that
@@ -62,61 +61,9 @@ examples:
   python3 -m walker_sim play
   python3 -m walker_sim play Walker2d-v5 --speed 0.25
   python3 -m walker_sim play BipedalWalker-v3 --world hard
+  python3 -m walker_sim play BipedalWalkerHardcore-v3 --policy shipped --web
   python3 -m walker_sim play BipedalWalkerHardcore-v3 --policy model.zip --seeds 1000:1010
 """
-
-
-class Session:
-    """Endless sequence of episodes of one walker.
-
-    `episode` counts from 1. `end` is the result of `end_of`, empty while the episode continues.
-    `world` is what the episode has drawn from its world, `push_count` the number of its pushes by
-    hand.
-    """
-
-    def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
-        self._walkers, self._policies, self._seeds = walkers, policies, seeds
-        self._actions = np.zeros((1, len(walkers.specification["action_low"])))
-        parameters = _core.world_parameters(walkers.specification["id"])
-        (impulse,) = (each["default"] for each in parameters if each["name"] == "push_impulse")
-        self._push_force = impulse / walkers.specification["dt"]  # [N]
-        self.episode = 0
-        self.begin_next()
-
-    def begin_next(self) -> None:
-        self.seed = self._seeds[self.episode % len(self._seeds)]
-        self.episode += 1
-        self.begin()
-
-    def begin(self) -> None:
-        """Begins the episode of the present seed, again if it has begun before."""
-        self._policy: Policy = self._policies(self.seed)
-        self._observation: NDArray[Any] = self._walkers.reset([0], [self.seed])[0][0]
-        error = self._walkers.reset_error(0)
-        if error:
-            raise RuntimeError(f"seed {self.seed}: the simulation failed at its reset: {error}")
-        self.world = self._walkers.world_values([0])[0]
-        self.step_count, self.episode_return, self.end = 0, 0.0, ""
-        self.push_count, self._force = 0, np.zeros(2)
-
-    def push(self, direction: tuple[int, int]) -> None:
-        """Adds a push on the trunk, along the world's x and z, to the next step. AttributeError if
-        the walker is not in this process."""
-        pool = self._walkers.pool("arrow keys")
-        if self.end:
-            return
-        self._force += np.multiply(self._push_force, direction)
-        pool.push_trunk(0, *self._force)
-        self.push_count += 1
-
-    def step(self) -> None:
-        self._actions[0] = self._policy(self._observation)
-        batch = self._walkers.step(self._actions)
-        self._force[:] = 0
-        self._observation = batch.observations[0]
-        self.step_count += 1
-        self.episode_return += float(batch.rewards[0])
-        self.end = end_of(self._walkers, batch, 0)
 
 
 class Viewer:
@@ -143,7 +90,7 @@ class Viewer:
         while not self.is_over:
             self.handle_events()
             self.advance()
-            is_running = not self.is_paused and not self.session.end
+            is_running = not self.is_paused and not self.session.episode.end
             time.sleep(min(POLL_INTERVAL, self.pace.time_left()) if is_running else POLL_INTERVAL)
 
     def handle_events(self) -> None:
@@ -161,7 +108,7 @@ class Viewer:
         """Steps if a step is due; begins the next episode END_SHOWN after the end of one."""
         if self.is_paused:
             return
-        if not self.session.end:
+        if not self.session.episode.end:
             if self.pace.time_left() == 0:
                 self._step()
         elif self._now() >= self._ended_at + END_SHOWN:
@@ -169,13 +116,13 @@ class Viewer:
             self._show()
 
     def status(self) -> str:
-        session = self.session
-        state = [session.end] * bool(session.end) + ["paused"] * self.is_paused
+        episode = self.session.episode
+        state = [episode.end] * bool(episode.end) + ["paused"] * self.is_paused
         words = (
-            f"episode {session.episode}",
-            f"seed {session.seed}",
-            f"step {session.step_count}",
-            f"return {session.episode_return:.1f}",
+            f"episode {episode.order}",
+            f"seed {episode.seed}",
+            f"step {episode.length}",
+            f"return {episode.episode_return:.1f}",
             f"speed {self.pace.speed:g}x",
             ", ".join(state) or "H: help",
         )
@@ -187,7 +134,7 @@ class Viewer:
             self.pace.begin()
         elif key == pygame.K_PERIOD:
             self.is_paused = True
-            if not self.session.end:
+            if not self.session.episode.end:
                 self._step()
         elif key in self._pushes:
             self._push(self._pushes[key])
@@ -221,23 +168,17 @@ class Viewer:
         self.pace.begin()
 
     def _step(self) -> None:
-        session = self.session
-        session.step()
+        self.session.step()
         is_due = self.pace.is_picture_due()
-        if session.end:
+        episode = self.session.episode
+        if episode.end:
             self._ended_at = self._now()
-            world = f", world {text_of(session.world)}" if session.world else ""
-            pushes = f", pushes by hand: {session.push_count}" if session.push_count else ""
-            print(
-                f"episode {session.episode}, seed {session.seed}: return "
-                f"{session.episode_return:.1f}, {session.step_count} steps, "
-                f"{session.end}{world}{pushes}"
-            )
-        if is_due or session.end:
+            print(text_of_end(episode))
+        if is_due or episode.end:
             self._show()
 
     def _show(self) -> None:
-        if self.session.end != "failed":  # a failed engine has no state to draw
+        if self.session.episode.end != "failed":  # a failed engine has no state to draw
             self._picture = self._draw()
         self._screen.show(self._picture, self.status(), KEYS.split("\n") * self.has_help)
 
@@ -252,6 +193,23 @@ def run(arguments: Sequence[str]) -> int:
         metavar="FACTOR",
         help="speed at the start: simulation time over wall time (default: 1)",
     )
+    parser.add_argument(
+        "--web",
+        action="store_true",
+        help="show a page in the browser instead of a window, and print its address",
+    )
+    parser.add_argument(
+        "--port",
+        type=common.port,
+        metavar="N",
+        help="with --web: port of the page (default: the first free one from 8080 on)",
+    )
+    parser.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        help="with --web: address to listen at; another one than this machine's own is reachable "
+        "from others, with the token in the printed address (default: 127.0.0.1)",
+    )
     common.add_world(parser)
     common.add_walker_options(parser)
     options = parser.parse_intermixed_args(arguments)
@@ -259,6 +217,9 @@ def run(arguments: Sequence[str]) -> int:
         raise common.InputError(
             f"--speed {options.speed:g}: must be between {MIN_SPEED:g} and {MAX_SPEED:g}"
         )
+    for name in ("port", "host"):
+        if getattr(options, name) is not None and not options.web:
+            raise common.InputError(f"--{name} {getattr(options, name)}: only with --web")
     words = options.walker
     if all("=" in word for word in words):
         words = ["BipedalWalker-v3", *words]
@@ -269,14 +230,38 @@ def run(arguments: Sequence[str]) -> int:
         session = Session(walkers, policies, common.chosen_seeds(options))
         pace = Pace(walkers.specification["dt"])
         pace.speed = options.speed
+        if options.web:
+            return show_page(options, session, parameters, pace)
         try:
             pictures = Pictures(env_id, parameters, "human", camera, walkers.specification["dt"])
             size = pictures.camera_parameters["width"], pictures.camera_parameters["height"]
             screen = Screen(f"walker_sim {env_id}", *size)
             draw = functools.partial(pictures.colors, walkers.drawer(0))
             viewer = Viewer(session, draw, screen, pace)
-        except (DependencyNotInstalled, ValueError, TypeError, RuntimeError) as error:
+        except (DependencyNotInstalled, RuntimeError) as error:
+            raise common.InputError(f"{error}; --web shows a page in the browser") from error
+        except (ValueError, TypeError) as error:
             raise common.InputError(str(error)) from error
         with closing(screen):
             viewer.run()
+    return 0
+
+
+def show_page(
+    options: argparse.Namespace, session: Session, parameters: dict[str, Any], pace: Pace
+) -> int:
+    """Serves the page until Ctrl-C."""
+    from walker_sim.web.in_process import Page
+    from walker_sim.web.server import LOOPBACK, CannotServe, serve
+
+    if options.transport == "ros":
+        raise common.InputError("--web: must be with --transport inprocess")
+    env_id = session.walkers.specification["id"]
+    try:
+        server, address = serve(f"walker_sim {env_id}", options.host or LOOPBACK, options.port)
+    except CannotServe as error:
+        raise common.InputError(f"--web: {error}") from error
+    page = Page(server, session, options, parameters, pace)
+    print(f"{env_id}: {address} (Ctrl-C ends it)", flush=True)
+    page.run()
     return 0

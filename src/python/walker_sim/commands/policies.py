@@ -59,7 +59,7 @@ def make_policies(
     size = len(specification["action_low"])
     network = find_network(options, env_id, parameters)
     if network is not None:
-        return _acting(network, text)
+        return policies_of(network, text)
     if text == "zero":
         return lambda seed: lambda observation: np.zeros(size, np.float32)
     if text in ("heuristic", "random"):
@@ -134,7 +134,9 @@ def find_network(
     return network
 
 
-def _acting(network: _core.Policy, text: str) -> Policies:
+def policies_of(network: _core.Policy, text: str) -> Policies:
+    """Returns the policies of a network; `text` names it in errors."""
+
     def policy_of(seed: int) -> Policy:
         policy = acting(network, network.action_size)
 

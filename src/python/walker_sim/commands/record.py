@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import io
-import warnings
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
@@ -14,39 +13,20 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.commands import options as common
-from walker_sim.commands.episodes import RecordedEpisode, Steps, play, progress
-from walker_sim.commands.minari_dataset import DatasetWriter, origin_of
+from walker_sim.commands.episodes import RecordedEpisode, play, progress
+from walker_sim.commands.minari_dataset import DatasetWriter
 from walker_sim.commands.policies import POLICY_HELP, make_policies
+from walker_sim.commands.recording import FILE_HELP, LAYOUTS, arrays_of, episode_of, load
 from walker_sim.files import replace_file
 from walker_sim.walkers import Specification, Walkers, release_of, variant_of
-from walker_sim.worlds import World, text_of
+from walker_sim.worlds import World
 
-FORMAT = 1
 EPISODES = 10
 
 DESCRIPTION = """\
 Plays one episode for each seed and writes the episodes to one .npz file or to a data set of Minari.
 With --check FILE, resets with the seeds of such a file, repeats its actions and compares every bit
 of observations, rewards, flags and infos.
-"""
-
-FILE_HELP = """\
-numpy.load(FILE) reads the file, without pickle. With T steps and E episodes in the order of seeds:
-  seeds                           (E,) uint64
-  episode_starts                  (E + 1,) int64: first step of each episode; its first state, the
-                                  reset's, is [episode_starts[e] + e]
-  observations, infos             (T + E, observation size), (T + E, info names): the states
-  actions                         (T, action size) float32
-  rewards, terminated, truncated  (T,) float64, bool, bool
-  info_names                      columns of infos, where NaN is an absent value
-  worlds                          (E,) what each episode has drawn from its world, as a text for
-                                  --world; empty: Gymnasium's
-  id, parameter_names, parameter_values, policy, transport
-                                  what was recorded, and where
-  engine, engine_version          with the variant of the C library ("libm")
-  walker_sim_version, numpy_version
-                                  versions on the recording client
-  format                          1
 """
 
 MINARI_HELP = """\
@@ -130,107 +110,6 @@ def _play(options: argparse.Namespace, env_id: str) -> tuple[list[RecordedEpisod
     return episodes, specification
 
 
-def arrays_of(
-    episodes: Sequence[RecordedEpisode], specification: Specification, options: argparse.Namespace
-) -> dict[str, Any]:
-    """Returns the arrays of the file by name; see FILE_HELP."""
-    parameters = specification["parameters"]
-    return {
-        "format": FORMAT,
-        "id": specification["id"],
-        "parameter_names": np.array(list(parameters), np.str_),
-        "parameter_values": np.array(list(parameters.values()), np.str_),
-        **origin_of(specification, options),
-        "info_names": np.array(specification["info_names"], np.str_),
-        "seeds": np.array([episode.seed for episode in episodes], np.uint64),
-        "worlds": np.array(
-            [text_of(episode.world) if episode.world else "" for episode in episodes], np.str_
-        ),
-        "episode_starts": np.cumsum([0, *(episode.length for episode in episodes)], dtype=np.int64),
-        **{
-            name: np.concatenate([getattr(episode.steps, name) for episode in episodes])
-            for name in Steps._fields
-        },
-    }
-
-
-# Dimensions and types of the arrays, and what their rows stand for, empty: any number of rows.
-_LAYOUTS: dict[str, tuple[int, str, str]] = {
-    "id": (0, "str", ""),
-    "parameter_names": (1, "str", ""),
-    "parameter_values": (1, "str", ""),
-    "engine": (0, "str", ""),
-    "engine_version": (0, "str", ""),
-    "seeds": (1, "uint64", "episodes"),
-    "worlds": (1, "str", "episodes"),
-    "episode_starts": (1, "int64", ""),
-    "observations": (2, "float32 or float64", "states"),
-    "infos": (2, "float64", "states"),
-    "actions": (2, "float32", "steps"),
-    "rewards": (1, "float64", "steps"),
-    "terminated": (1, "bool", "steps"),
-    "truncated": (1, "bool", "steps"),
-}
-
-
-def load(path: Path) -> dict[str, NDArray[Any]]:
-    """Loads a recording; OSError if the file cannot be opened. An InputError says that the file is
-    not a recording or is damaged, and names an inconsistent array."""
-    if path.exists() and not path.is_file():
-        raise common.InputError(f"{path}: must be a regular file")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # NumPy warns of outdated formats
-            with np.load(path) as file:
-                arrays = {name: file[name] for name in file.files}
-        found = int(arrays["format"])
-        if "seeds" in arrays:  # written before there were worlds
-            arrays.setdefault("worlds", np.full(np.shape(arrays["seeds"]), ""))
-        for array in arrays.values():
-            if array.dtype.kind == "U":
-                array.tolist()  # raises for invalid code points
-    except Exception as error:  # damaged archives raise many types
-        if isinstance(error, OSError) and error.filename is not None:
-            raise
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise common.InputError(f"{path}: not a recording: {reason[:300]}") from error
-    missing = {*_LAYOUTS} - {*arrays}
-    if found != FORMAT or missing:
-        what = f"without {', '.join(sorted(missing))}" if missing else f"of format {found}"
-        raise common.InputError(f"{path}: a recording {what}; must be of format {FORMAT}")
-    try:
-        _check_layout(arrays)
-    except ValueError as error:
-        raise common.InputError(f"{path}: {error}") from error
-    return arrays
-
-
-def _check_layout(arrays: Mapping[str, NDArray[Any]]) -> None:
-    for name, (dimensions, types, _) in _LAYOUTS.items():
-        array = arrays[name]
-        if array.ndim != dimensions or array.dtype.type.__name__.rstrip("_") not in types.split():
-            raise ValueError(
-                f"{name} has {array.ndim} dimensions and type {array.dtype}; must have "
-                f"{dimensions} and {types}"
-            )
-    starts, steps, episodes = arrays["episode_starts"], len(arrays["actions"]), len(arrays["seeds"])
-    if starts.shape != (episodes + 1,) or starts[0] != 0 or starts[-1] != steps:
-        raise ValueError(f"episode_starts does not fit {episodes} seeds and {steps} steps")
-    if episodes == 0 or (starts[1:] < starts[:-1]).any():
-        raise ValueError("episode_starts must be ascending, with at least one episode")
-    counts = {"episodes": episodes, "steps": steps, "states": steps + episodes}
-    for name, (_, _, rows) in _LAYOUTS.items():
-        if rows and len(arrays[name]) != counts[rows]:
-            raise ValueError(
-                f"{name} has {len(arrays[name])} rows; must have {counts[rows]}, one for each of "
-                f"its {rows}"
-            )
-    if len(arrays["parameter_names"]) != len(arrays["parameter_values"]):
-        raise ValueError("parameter_names does not fit parameter_values")
-    if not np.isfinite(arrays["actions"]).all():
-        raise ValueError("actions must be finite")
-
-
 def _check(options: argparse.Namespace) -> int:
     for name in ("walker", "seeds", "episodes", "world"):
         if getattr(options, name):
@@ -244,6 +123,11 @@ def _check(options: argparse.Namespace) -> int:
         worlds = [_to_world(env_id, text) for text in recorded["worlds"].tolist()]
     except (common.InputError, ValueError) as error:
         raise common.InputError(f"{options.check}: {error}") from error
+    if len(recorded["push_steps"]) and options.transport == "ros":
+        raise common.InputError(
+            f"{options.check}: has pushes by hand, which are repeated in process only; must be "
+            "checked with --transport inprocess"
+        )
     size = len(walkers.specification["action_low"])
     if recorded["actions"].shape[1] != size:
         raise common.InputError(
@@ -269,7 +153,7 @@ def _check(options: argparse.Namespace) -> int:
     print(f"{'seed':>20}  steps     return", flush=True)
     num_equal = 0
     for index, seed in enumerate(recorded["seeds"].tolist()):
-        episode = _episode(recorded, index)
+        episode = episode_of(recorded, index)
         walkers.set_world([], [worlds[index]])
         difference = repeat(walkers, seed, episode)
         num_equal += not difference
@@ -292,15 +176,6 @@ def _to_world(env_id: str, text: str) -> World:
     return world
 
 
-def _episode(recorded: Mapping[str, NDArray[Any]], index: int) -> dict[str, NDArray[Any]]:
-    """Returns one episode's rows of the arrays that have one for each step or state."""
-    begin, end = recorded["episode_starts"][index : index + 2]
-    rows = {"steps": slice(begin, end), "states": slice(begin + index, end + index + 1)}
-    return {
-        name: recorded[name][rows[kind]] for name, (_, _, kind) in _LAYOUTS.items() if kind in rows
-    }
-
-
 def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) -> str:
     """Repeats an episode in the first environment. Returns the first difference, empty if none."""
     actions = np.zeros((walkers.num_envs, recorded["actions"].shape[1]))
@@ -309,9 +184,12 @@ def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) ->
     if error:
         return f"fails at its reset: {error}"
     difference = _difference((observations[0], infos[0]), recorded, 0)
+    pushes = dict(zip(recorded["push_steps"].tolist(), recorded["push_forces"].tolist()))
     for step, action in enumerate(recorded["actions"], 1):
         if difference:
             break
+        if step - 1 in pushes:
+            walkers.pool("pushes").push_trunk(0, *pushes[step - 1])
         actions[0] = action
         batch = walkers.step(actions)
         outcome = batch.rewards[0], batch.terminated[0], batch.truncated[0]
@@ -325,7 +203,7 @@ def _difference(values: Sequence[Any], recorded: Mapping[str, NDArray[Any]], ste
     """Compares observation and info and, after a step, reward, terminated and truncated."""
     names = ("observations", "infos", "rewards", "terminated", "truncated")
     for name, value in zip(names, values):
-        row = step if _LAYOUTS[name][2] == "states" else step - 1
+        row = step if LAYOUTS[name][2] == "states" else step - 1
         ours, theirs = np.atleast_1d(value), np.atleast_1d(recorded[name][row])
         if ours.tobytes() == theirs.tobytes():
             continue

@@ -1,0 +1,92 @@
+"""Episodes of one walker that a person watches, pushes and changes."""
+
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walker_sim import _core
+from walker_sim.commands.episodes import Policy, RecordedEpisode, end_of
+from walker_sim.commands.policies import Policies
+from walker_sim.walkers import Walkers
+from walker_sim.worlds import World, text_of
+
+
+class Session:
+    """Endless sequence of episodes of one walker.
+
+    `count` is the number of episodes so far, `episode` the present one with all of its steps and
+    pushes. Its `end` is the result of `end_of`, empty while it continues. `policies` are those of
+    the episodes to come.
+    """
+
+    def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
+        self.walkers, self.policies, self._seeds = walkers, policies, seeds
+        self._actions = np.zeros((1, len(walkers.specification["action_low"])))
+        parameters = _core.world_parameters(walkers.specification["id"])
+        (impulse,) = (each["default"] for each in parameters if each["name"] == "push_impulse")
+        self._push_force = impulse / walkers.specification["dt"]  # [N]
+        self.count = 0
+        self.episode = RecordedEpisode(0, seeds[0])
+        self.begin_next()
+
+    def begin_next(self) -> None:
+        """Begins an episode with the next seed."""
+        self.begin(self._seeds[self.count % len(self._seeds)])
+
+    def begin(self, seed: int | None = None) -> None:
+        """Begins the episode of a seed; None: the present one, again. RuntimeError if the
+        simulation fails."""
+        if seed is None:
+            seed = self.episode.seed
+        else:
+            self.count += 1
+        self._policy: Policy = self.policies(seed)
+        observations, info = self.walkers.reset([0], [seed])
+        error = self.walkers.reset_error(0)
+        if error:
+            raise RuntimeError(f"seed {seed}: the simulation failed at its reset: {error}")
+        world = self.walkers.world_values([0])[0]
+        self.episode = RecordedEpisode(self.count, seed, world=world)
+        self.episode.steps.begin(observations[0], info[0])
+        self._observation: NDArray[Any] = observations[0]
+        self._force = np.zeros(2)
+
+    def set_world(self, world: World) -> None:
+        """Sets the world of the episodes to come."""
+        self.walkers.set_world([], [world])
+
+    def push(self, way: Sequence[float] | NDArray[np.float64]) -> None:
+        """Adds a push on the trunk to the next step. `way` is along the world's x and z, 1 for the
+        default of a world's push_impulse. AttributeError if the walker is not in this process."""
+        pool = self.walkers.pool("pushes by hand")
+        if self.episode.end:
+            return
+        self._force += np.multiply(self._push_force, way)
+        pool.push_trunk(0, *self._force)
+
+    def step(self) -> None:
+        """Steps the walker by the policy's action."""
+        episode = self.episode
+        self._actions[0] = self._policy(self._observation)
+        batch = self.walkers.step(self._actions)
+        if self._force.any():
+            episode.pushes.append((episode.length, (self._force[0], self._force[1])))
+            self._force[:] = 0
+        self._observation = batch.observations[0]
+        episode.steps.add(self._actions[0], batch, 0)
+        episode.length += 1
+        episode.episode_return += float(batch.rewards[0])
+        episode.end = end_of(self.walkers, batch, 0)
+
+
+def text_of_end(episode: RecordedEpisode) -> str:
+    """Returns a line about an episode that has ended."""
+    world = f", world {text_of(episode.world)}" if episode.world else ""
+    pushes = f", pushes by hand: {len(episode.pushes)}" if episode.pushes else ""
+    return (
+        f"episode {episode.order}, seed {episode.seed}: return {episode.episode_return:.1f}, "
+        f"{episode.length} steps, {episode.end}{world}{pushes}"
+    )

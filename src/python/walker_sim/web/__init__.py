@@ -1,0 +1,1 @@
+"""A page in the browser that shows and steers a walker, by viser."""

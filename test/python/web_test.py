@@ -1,0 +1,192 @@
+"""The page of `play --web` in a headless Chromium: each control acts on the environment."""
+
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from browser import SIZE, Browser, wait_for
+from walker_sim.commands.policies import make_policies
+from walker_sim.commands.session import Session
+from walker_sim.in_process import InProcessWalkers
+from walker_sim.web.in_process import Page
+from walker_sim.web.server import LOOPBACK, serve
+from walker_sim.window import Pace
+from walker_sim.worlds import read_world
+
+SEEDS = [3, 8]
+HULL = SIZE[0] * 0.32, SIZE[1] * 0.4  # about where the page shows the trunk [pixels]
+
+
+class Shown:
+    """A page that runs, and its address."""
+
+    def __init__(self, env_id, policy, **parameters):
+        walkers = InProcessWalkers(env_id, parameters, 1, 1, "next_step")
+        options = SimpleNamespace(policy=policy, normalization=None, transport="inprocess")
+        policies = make_policies(options, env_id, parameters, walkers.specification)
+        self.session = Session(walkers, policies, SEEDS)
+        self.server, self.address = serve("a walker", LOOPBACK)
+        self.page = Page(
+            self.server, self.session, options, parameters, Pace(walkers.specification["dt"])
+        )
+        self.page.is_paused = True  # a browser without a GPU takes long to show the first picture
+        self._is_over = False
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self):
+        while not self._is_over:
+            self.page.advance()
+            time.sleep(0.002)
+
+    def close(self):
+        self._is_over = True
+        self._thread.join()
+        self.server.stop()
+
+
+@pytest.fixture
+def show():
+    shown = []
+
+    def start(env_id="BipedalWalker-v3", policy="shipped", **parameters):
+        shown.append(Shown(env_id, policy, **parameters))
+        return shown[-1]
+
+    yield start
+    for each in shown:
+        each.close()
+
+
+@pytest.fixture
+def browse(tmp_path):
+    browsers = []
+
+    def start(address):
+        folder = tmp_path / f"browser{len(browsers)}"
+        folder.mkdir()
+        browsers.append(Browser(folder, address))
+        wait_for(lambda: "return" in browsers[-1].text(), "the panel")
+        return browsers[-1]
+
+    yield start
+    for each in browsers:
+        each.close()
+
+
+def test_buttons_and_keys(show, browse):
+    shown = show()
+    browser = browse(shown.address)
+    session = shown.session
+    browser.click("pause")
+    wait_for(lambda: not shown.page.is_paused and session.episode.length > 20, "steps")
+    browser.click("pause")
+    wait_for(lambda: shown.page.is_paused, "pause")
+    length = session.episode.length
+    browser.click("step")
+    wait_for(lambda: session.episode.length == length + 1, "step")
+    browser.click("repeat")
+    wait_for(lambda: session.episode.length == 0 and session.episode.seed == 3, "repetition")
+    browser.click("next")
+    wait_for(lambda: session.episode.seed == 8, "next episode")
+    browser.evaluate("document.activeElement.blur()")
+    browser.key("s", "KeyS")
+    wait_for(lambda: session.episode.length == 1, "step by key")
+    browser.key("ArrowRight")
+    browser.key("s", "KeyS")
+    wait_for(lambda: session.episode.length == 2, "step by key")
+    ((step, force),) = session.episode.pushes
+    assert step == 1 and force[0] > 0 and force[1] == 0
+
+
+def test_seed_speed_policy_and_world(show, browse):
+    shown = show(policy="zero")
+    browser = browse(shown.address)
+    session = shown.session
+
+    def submit(label, text, button, condition):
+        """The page sends a field's text some time after it was typed."""
+        browser.fill(label, text)
+
+        def click():
+            browser.click(button)
+            time.sleep(0.5)
+            return condition()
+
+        wait_for(click, f"effect of {text}")
+
+    begin, set_world = "Begin this seed's episode", "Set the text's world"
+    submit("Seed", "77", begin, lambda: session.episode.seed == 77)
+    refusal = "seed = '-1': must be a whole number"
+    submit("Seed", "-1", begin, lambda: refusal in browser.text())
+    browser.click("World")
+    world = {"gravity": (-5, -5), "push_interval": (1, 3)}
+    text = "{gravity: -5, push_interval: [1, 3]}"
+    submit("Text", text, set_world, lambda: session.walkers.worlds()[0] == world)
+    refusal = "gravity = 5.0: must be in [-30.0, 0.0]"
+    submit("Text", "{gravity: 5}", set_world, lambda: refusal in browser.text())
+    assert session.walkers.worlds()[0] == world
+    browser.click("next")
+    wait_for(lambda: session.episode.world.get("gravity") == -5, "the world's episode")
+    browser.fill("friction_scale", "0.5")
+    wait_for(lambda: session.walkers.worlds()[0].get("friction_scale") == (0.5, 0.5), "the slider")
+    assert session.walkers.worlds()[0]["gravity"] == (-5, -5)
+    browser.choose("Preset", "moon")
+    wait_for(lambda: session.walkers.worlds()[0] == read_world("moon"), "the preset")
+    wait_for(lambda: "{gravity: -1.62}" in browser.text(), "the preset's text")
+    browser.choose("Speed", "4")
+    wait_for(lambda: shown.page.speed == 4, "the speed")
+    browser.choose("Policy", "shipped")
+
+    def walks():
+        browser.click("next")
+        browser.click("step")
+        time.sleep(0.5)
+        return np.any(session.episode.steps.actions)  # the policy before is zero
+
+    wait_for(walks, "the policy's action")
+
+
+def test_a_dragged_trunk_is_pushed_and_the_saved_file_repeats(show, browse, command, tmp_path):
+    shown = show()
+    browser = browse(shown.address)
+    session = shown.session
+    assert colors(browser.screenshot()) > 100
+    target = HULL[0] - 60, HULL[1]
+    browser.click("pause")
+    browser.drag(HULL, target)
+    wait_for(lambda: len(session.episode.pushes) > 5, "pushes")
+    browser.click("pause")
+    wait_for(lambda: shown.page.is_paused, "pause")
+    browser.release(*target)
+    (_, force) = session.episode.pushes[-1]
+    assert force[0] < 0
+    file = tmp_path / "saved.npz"
+    file.write_bytes(shown.page.save()[1])
+    assert "1 of 1 episodes equal to the bit" in command("record", "--check", file).out
+    arrays = dict(np.load(file))
+    arrays["push_forces"] = np.zeros_like(arrays["push_forces"])
+    np.savez(file, **arrays)
+    assert "differs at step" in command("record", "--check", file, status=1).out
+
+
+def colors(picture):
+    """Returns the number of different colours."""
+    return len(np.unique(picture.reshape(-1, 3), axis=0))
+
+
+def test_two_browsers_a_reload_and_a_server_that_ends(show, browse):
+    shown = show("Walker2d-v5", policy="zero")
+    browsers = [browse(shown.address) for _ in range(2)]
+    browsers[0].click("step")
+    wait_for(lambda: all("step 1," in each.text() for each in browsers), "the step in each")
+    browsers[0].call("Page.reload")
+    wait_for(lambda: "step 1," in browsers[0].text(), "the page after the reload")
+    browsers[1].close()
+    browsers[0].click("step")
+    wait_for(lambda: shown.session.episode.length == 2, "a step after the other browser closed")
+    shown.close()
+    is_loading = "!!document.querySelector('.mantine-Loader-root')"
+    wait_for(lambda: browsers[0].evaluate(is_loading), "the lost connection")
