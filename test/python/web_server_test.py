@@ -5,8 +5,6 @@ import socket
 
 import pytest
 from walker_sim.web import server as web
-from websockets.exceptions import InvalidStatus
-from websockets.sync.client import connect
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
@@ -29,17 +27,19 @@ def get(port, path="/", **headers):
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
     connection.request("GET", path, headers=headers)
     response = connection.getresponse()
-    return response.status, response.read().decode(errors="replace"), response.headers
+    text = "" if response.status == 101 else response.read().decode(errors="replace")
+    connection.close()
+    return response.status, text, response.headers
 
 
 def joins(port, path="/", **headers):
     """Whether a websocket is opened."""
-    try:
-        connect(f"ws://127.0.0.1:{port}{path}", additional_headers=headers).close()
-    except InvalidStatus as error:
-        assert error.response.status_code == 403
-        return False
-    return True
+    wish = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13"}
+    status, _, _ = get(
+        port, path, **wish, **{"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA=="}, **headers
+    )
+    assert status in (101, 403)
+    return status == 101
 
 
 def test_this_machine_needs_no_token(serve):
@@ -55,6 +55,20 @@ def test_a_page_of_another_origin_is_refused(serve):
     assert joins(port, Origin=f"http://127.0.0.1:{port}")
     status, text, _ = get(port, Origin="http://example.org")
     assert (status, text) == (403, "origin http://example.org: must be the page's own\n")
+
+
+@pytest.mark.parametrize("name", ["localhost", "127.0.0.1", "[::1]"])
+def test_a_tunnel_may_call_this_machine_by_each_of_its_names(serve, name):
+    port, _ = serve()
+    assert get(port, Host=f"{name}:8080")[0] == 200
+    assert joins(port, Host=f"{name}:8080", Origin=f"http://{name}:8080")
+
+
+def test_a_name_that_leads_to_this_machine_is_refused(serve):
+    port, _ = serve()
+    status, text, _ = get(port, Host="example.org:8080")
+    assert (status, text) == (403, "host example.org: must be this machine's own address\n")
+    assert not joins(port, Host="example.org", Origin="http://example.org")
 
 
 def test_other_machines_need_the_token(serve):

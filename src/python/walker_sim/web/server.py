@@ -94,6 +94,9 @@ def answer(serve_file: Callable[..., Any], token: str, connection: Any, request:
     if origin is not None and urlsplit(origin).netloc != headers.get("Host"):
         return connection.respond(403, f"origin {origin}: must be the page's own\n")
     if not token:
+        host = urlsplit("//" + headers.get("Host", "")).hostname or ""
+        if not is_loopback(host):  # a site whose name leads here would be its page's own origin
+            return connection.respond(403, f"host {host}: must be this machine's own address\n")
         return serve_file(connection, request)
     given = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
     cookies = http.cookies.SimpleCookie(headers.get("Cookie", ""))
