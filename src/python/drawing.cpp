@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "drawing/drawing.h"
 #include "drawing/links.h"
@@ -77,6 +78,7 @@ py::list to_list(const std::vector<Drawing>& drawings) {
 /// Returns one row per link: x, y, z [m], then the orientation as qw, qx, qy, qz.
 py::object link_poses(const ShownState& shown) {
   std::vector<std::array<double, 7>> rows;
+  rows.reserve(shown.sensors.link_poses.size());
   for (const auto& [p, q] : shown.sensors.link_poses) {
     rows.push_back({p[0], p[1], p[2], q[3], q[0], q[1], q[2]});
   }

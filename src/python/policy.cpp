@@ -54,7 +54,7 @@ class PolicyBinding : public Policy {
     return std::make_unique<PolicyBinding>(Policy(name, {content.begin(), content.end()}));
   }
 
-  py::dict notes() const {
+  py::dict notes_dict() const {
     py::dict dict;
     for (const auto& [name, text] : Policy::notes()) dict[to_str(name)] = to_str(text);
     return dict;
@@ -80,7 +80,7 @@ class PolicyBinding : public Policy {
     output.write(actions_.data());
   }
 
-  py::tuple history() const {
+  py::tuple history_tuple() const {
     return py::make_tuple(Policy::history().observations, Policy::history().actions);
   }
 
@@ -133,6 +133,7 @@ class EpisodePlayerBinding {
     const std::vector<const Policy*> networks(policies.begin(), policies.end());
     const std::vector<World> ranges = to_worlds(worlds);
     std::vector<EpisodeJob> all;
+    all.reserve(jobs.size());
     for (const auto& [policy, seed, world] : jobs) all.push_back({policy, seed, world});
     const GilFreeLock lock(mutex_);
     player_.play(networks, ranges, all, [&](std::size_t job, const PlayedEpisode& played) {
@@ -159,11 +160,11 @@ void bind_policy(py::module& module) {
           [](const std::string& file) { return std::make_unique<PolicyBinding>(Policy(file)); }))
       .def_static("from_bytes", &PolicyBinding::from_bytes)
       .def_property_readonly("id", [](const PolicyBinding& self) { return to_str(self.id()); })
-      .def_property_readonly("notes", &PolicyBinding::notes)
+      .def_property_readonly("notes", &PolicyBinding::notes_dict)
       .def_property_readonly("observation_size", &PolicyBinding::observation_size)
       .def_property_readonly("action_size", &PolicyBinding::action_size)
       .def_property_readonly("input_size", &PolicyBinding::input_size)
-      .def_property_readonly("history", &PolicyBinding::history)
+      .def_property_readonly("history", &PolicyBinding::history_tuple)
       .def("check", &PolicyBinding::check)
       .def_property_readonly("parameters", &PolicyBinding::parameters)
       .def("with_parameters", &PolicyBinding::with_parameters)
