@@ -10,6 +10,7 @@ import io
 import ipaddress
 import logging
 import secrets
+import socket
 from typing import Any, Callable
 from urllib.parse import parse_qs, urlsplit
 
@@ -70,6 +71,8 @@ def serve(label: str, host: str = LOOPBACK, port: int | None = None) -> tuple[An
     finally:
         websockets.serve = original
     server.request_share_url = lambda verbose=True: None  # a browser cannot make the page public
+    if host in ("0.0.0.0", "::"):  # every address of this machine: browsers know it by its name
+        host = socket.gethostname()
     shown = f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{server.get_port()}/"
     return server, f"{address}?token={token}" if token else address
@@ -111,7 +114,6 @@ def answer(serve_file: Callable[..., Any], token: str, connection: Any, request:
 
 def _check_free(host: str, port: int | None) -> None:
     """viser would take the next free port instead, and retry for ever at a wrong address."""
-    socket = importlib.import_module("socket")
     try:
         family = socket.getaddrinfo(host, port)[0][0]
         with socket.socket(family) as probe:
