@@ -45,8 +45,8 @@ CARD = """\
 | network | {layers}, {activation} |
 | steps | {steps:,}; best evaluation, on seeds {first} to {last}, after {chosen:,} |
 | wall time | {minutes:.0f} min on {machine} |
-| settings' SHA-256 | `{settings}` |{world}
-
+| settings' SHA-256 | `{settings}` |
+{worlds}
 Returns over the 1000 seeds 1000000 to 1000999, which training does not use:
 
 | mean | deviation | least | most | ends |
@@ -96,6 +96,28 @@ def cropped(picture):
     if width > height:  # BipedalWalker stands in the left third
         return picture[height * 2 // 5 : height * 9 // 10, : height // 2]
     return picture[height // 4 :: 2, width // 4 : width * 3 // 4 : 2]
+
+
+def worlds_of(stage, last):
+    """Returns the card's lines about the worlds of a training: its only one, or the mixture."""
+    parts = stage.mixture
+    if len(parts) == 1:
+        world = _core.world_text(parts[0].world)
+        return f"| world | `{world}` |\n" if parts[0].world else ""
+    lines = [
+        "\nIts [mixture of worlds](../training.md#mixtures-of-worlds), the share of the walkers in"
+        f" each, and mean returns over {stage.evaluation_episodes} episodes at the end:\n",
+        "| world | share | mean return |",
+        "|---" * 3 + "|",
+    ]
+    total = sum(part.weight for part in parts)
+    for part in parts:
+        text = _core.world_text(part.world)
+        is_preset = part.name in _core.world_presets()
+        world = f"{part.name}: `{text}`" if part.world and not is_preset else f"`{part.name}`"
+        share = f"{part.weight / total:.0%}" if part.weight else "none"
+        lines.append(f"| {world} | {share} | {last.means[part.name]:.0f} |")
+    return "\n".join([*lines, ""])
 
 
 def write_table(cards):
@@ -149,8 +171,8 @@ def main():
     ends = [outcome["end"] for outcome in summary["outcomes"]]
     last = read_curve(run / "curve.csv")[-1]
     draw_gait(env_id, kind, cards / f"{name}_gait.png")
-    layers = read_policy(run / "policy.safetensors").layers
-    sizes = [policy.input_size, *(len(bias) for _, bias in layers)]
+    network = read_policy(run / "policy.safetensors")
+    sizes = [policy.input_size, *(len(bias) for _, bias in network.layers)]
     stages = [settings.stage(index) for index in range(settings.num_stages)]
     text = CARD.format(
         id=env_id,
@@ -158,14 +180,14 @@ def main():
         kind=kind,
         settings_name=settings_name,
         option=f" --settings config/training/{settings_name}.yaml" if suffix else "",
-        world=f"\n| world | `{notes['world']}` |" if "world" in notes else "",
+        worlds=worlds_of(stages[-1], last),
         trained=policy.id,
         stages=", then ".join(
             f"{stage.algorithm.upper()} ({stage.steps / 1e6:g} M steps)" for stage in stages
         ),
         seed=notes["seed"],
         layers="-".join(map(str, sizes)),
-        activation=policy.activation,
+        activation=network.activation,
         steps=last.steps,
         first=FIRST_CHOICE_SEED,
         last=FIRST_CHOICE_SEED + stages[-1].evaluation_episodes - 1,

@@ -327,7 +327,14 @@ class Settings:
 
 _LATER = (
     *("world", "curriculum", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
-    *("max_difference", "deviation_weight", "start_weight", "keep_best_by", "history"),
+    *(
+        "max_difference",
+        "deviation_weight",
+        "start_weight",
+        "keep_best_by",
+        "history",
+        "value_steps",
+    ),
 )
 
 
