@@ -73,7 +73,7 @@ def test_the_page_is_served():
     words = [sys.executable, *command.split()[1:]]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
         try:
-            address = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline())[0]
+            address = re.search(r"http://127\.0\.0\.1:\S+", process.stdout.readline())[0]
             with urllib.request.urlopen(address, timeout=30) as answer:
                 assert "<html" in answer.read().decode()
         finally:

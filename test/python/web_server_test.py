@@ -4,6 +4,9 @@ import http.client
 import socket
 
 import pytest
+import viser
+import viser._messages
+import viser._viser
 from walker_sim.web import server as web
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
@@ -42,65 +45,97 @@ def joins(port, path="/", **headers):
     return status == 101
 
 
-def test_this_machine_needs_no_token(serve):
+def token_of(address):
+    return address.split("?token=")[1]
+
+
+def test_only_a_request_with_the_token_is_answered(serve):
     port, address = serve()
-    assert address == f"http://127.0.0.1:{port}/"
-    assert get(port)[0] == 200
-    assert joins(port)
+    assert address.startswith(f"http://127.0.0.1:{port}/?token=")
+    for path in ("/", "/?token=", "/?token=wrong", "/?token=%C3%A9", "/?token=wrong&token="):
+        status, text, _ = get(port, path)
+        assert (status, text) == (
+            403,
+            "token: missing or wrong; the server printed the page's address\n",
+        )
+    assert not joins(port)
+    status, text, headers = get(port, f"/?token={token_of(address)}")
+    assert status == 200 and "<html" in text
+    cookie = headers["Set-Cookie"]
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+    assert headers["Content-Security-Policy"] == "frame-ancestors 'none'"
+    kept = cookie.split(";")[0]
+    for cookies in (kept, f"a@b=1; p={{}}; {kept}", f"x[y]=1;{kept}"):  # others of this host
+        assert joins(port, Cookie=cookies)
+        assert get(port, Cookie=cookies)[0] == 200
+    assert not joins(port, Cookie=f"{kept}0")
 
 
 def test_a_page_of_another_origin_is_refused(serve):
-    port, _ = serve()
-    assert not joins(port, Origin="http://example.org")
-    assert joins(port, Origin=f"http://127.0.0.1:{port}")
-    status, text, _ = get(port, Origin="http://example.org")
+    port, address = serve()
+    path = f"/?token={token_of(address)}"
+    assert joins(port, path, Origin=f"http://127.0.0.1:{port}")
+    assert joins(port, path, Origin="http://localhost:8080", Host="localhost:8080")  # a tunnel
+    assert not joins(port, path, Origin="http://example.org")
+    status, text, _ = get(port, path, Origin="http://example.org")
     assert (status, text) == (403, "origin http://example.org: must be the page's own\n")
 
 
-@pytest.mark.parametrize("name", ["localhost", "127.0.0.1", "[::1]"])
-def test_a_tunnel_may_call_this_machine_by_each_of_its_names(serve, name):
-    port, _ = serve()
-    assert get(port, Host=f"{name}:8080")[0] == 200
-    assert joins(port, Host=f"{name}:8080", Origin=f"http://{name}:8080")
+@pytest.mark.parametrize("parameter", ["websocket=ws://example.org", "playbackPath=x", "a"])
+def test_the_page_takes_its_contents_from_nowhere_else(serve, parameter):
+    port, address = serve()
+    status, text, _ = get(port, f"/?token={token_of(address)}&{parameter}")
+    assert (status, text) == (403, "query: must be the token alone\n")
 
 
-def test_a_name_that_leads_to_this_machine_is_refused(serve):
-    port, _ = serve()
-    status, text, _ = get(port, Host="example.org:8080")
-    assert (status, text) == (403, "host example.org: must be this machine's own address\n")
-    assert not joins(port, Host="example.org", Origin="http://example.org")
+def test_two_servers_have_different_tokens_and_cookies(serve):
+    addresses = [serve()[1] for _ in range(2)]
+    assert len({token_of(address) for address in addresses}) == 2
+    ports = [int(address.split(":")[2].split("/")[0]) for address in addresses]
+    names = {
+        get(port, f"/?token={token_of(address)}")[2]["Set-Cookie"].split("=")[0]
+        for port, address in zip(ports, addresses)
+    }
+    assert len(names) == 2
 
 
-def test_other_machines_need_the_token(serve):
+def test_an_address_for_all_is_printed_as_the_machines_name(serve):
     port, address = serve("0.0.0.0")
     assert address.startswith(f"http://{socket.gethostname()}:{port}/?token=")
-    for path in ("/", "/?token=", "/?token=wrong", "/?token=%C3%A9"):
-        status, text, _ = get(port, path)
-        assert (status, text) == (403, "token: missing or wrong; the server printed the address\n")
-    assert not joins(port)
-    status, _, headers = get(port, "/" + address.split("/")[-1])
-    assert status == 200
-    cookie = headers["Set-Cookie"]
-    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
-    assert joins(port, Cookie=cookie.split(";")[0])
-    assert get(port, Cookie=cookie.split(";")[0])[0] == 200
-    assert not joins(port, Cookie=f"{web.COOKIE}=wrong")
-
-
-def test_two_servers_have_different_tokens(serve):
-    assert len({serve("0.0.0.0")[1].split("=")[-1] for _ in range(2)}) == 2
 
 
 def test_error_names_a_port_in_use_and_an_unknown_address():
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
-        with pytest.raises(web.CannotServe, match=f"127.0.0.1, port {port}: cannot be listened at"):
+        with pytest.raises(web.CannotServe, match=f"127.0.0.1, port {port}: cannot listen: "):
             web.serve("a walker", web.LOOPBACK, port)
-    with pytest.raises(web.CannotServe, match=r"no\.such\.host\.invalid: cannot be"):
+    with pytest.raises(web.CannotServe, match=r"no\.such\.host\.invalid: cannot listen: "):
         web.serve("a walker", "no.such.host.invalid")
 
 
-def test_a_browser_cannot_make_the_page_public(serve):
+def test_a_server_that_would_not_ask_for_the_token_is_ended(monkeypatch):
+    class Careless:
+        def __init__(self, *arguments, **keywords):
+            self.stopped = False
+            made.append(self)
+
+        def stop(self):
+            self.stopped = True
+
+    made = []
+    monkeypatch.setattr(viser, "ViserServer", Careless)
+    with pytest.raises(web.CannotServe, match=f"viser {viser.__version__}: not supported"):
+        web.serve("a walker")
+    assert made[0].stopped
+
+
+def test_a_browser_cannot_make_the_page_public(serve, monkeypatch):
+    tunnels = []
+    monkeypatch.setattr(viser._viser, "ViserTunnel", lambda *given: tunnels.append(given))
     server, _ = web.serve("a walker")
-    assert server.request_share_url() is None
+    asked = viser._messages.ShareUrlRequest
+    for handler in server._websock_server._incoming_handlers[asked]:
+        handler(0, asked())
+    server._thread_executor.shutdown()
     server.stop()
+    assert tunnels == []

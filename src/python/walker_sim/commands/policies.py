@@ -90,6 +90,15 @@ def shipped_policy(env_id: str, kind: str = "shipped") -> Path:
     return path
 
 
+def has_policy(env_id: str, kind: str) -> bool:
+    """Whether the package has such a policy file, `kind` shipped or robust."""
+    try:
+        shipped_policy(env_id, kind)
+    except InputError:
+        return False
+    return True
+
+
 def acting(agent: _core.Agent | _core.Policy, size: int) -> Policy:
     """Returns a function for one episode that returns the core's actions, all in the same array."""
     action = np.empty(size)

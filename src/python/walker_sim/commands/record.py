@@ -189,7 +189,10 @@ def repeat(walkers: Walkers, seed: int, recorded: Mapping[str, NDArray[Any]]) ->
         if difference:
             break
         if step - 1 in pushes:
-            walkers.pool("pushes").push_trunk(0, *pushes[step - 1])
+            try:
+                walkers.pool("pushes").push_trunk(0, *pushes[step - 1])
+            except ValueError as error:
+                return f"cannot be pushed in step {step}: {error}"
         actions[0] = action
         batch = walkers.step(actions)
         outcome = batch.rewards[0], batch.terminated[0], batch.truncated[0]

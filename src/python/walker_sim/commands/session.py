@@ -45,14 +45,15 @@ class Session:
             self.count += 1
         self._policy: Policy = self.policies(seed)
         observations, info = self.walkers.reset([0], [seed])
+        self._force = np.zeros(2)
         error = self.walkers.reset_error(0)
         if error:
+            self.episode = RecordedEpisode(self.count, seed, error=error, end="failed")
             raise RuntimeError(f"seed {seed}: the simulation failed at its reset: {error}")
         world = self.walkers.world_values([0])[0]
         self.episode = RecordedEpisode(self.count, seed, world=world)
         self.episode.steps.begin(observations[0], info[0])
         self._observation: NDArray[Any] = observations[0]
-        self._force = np.zeros(2)
 
     def set_world(self, world: World) -> None:
         """Sets the world of the episodes to come."""
@@ -64,8 +65,9 @@ class Session:
         pool = self.walkers.pool("pushes by hand")
         if self.episode.end:
             return
-        self._force += np.multiply(self._push_force, way)
-        pool.push_trunk(0, *self._force)
+        force = self._force + np.multiply(self._push_force, way)
+        pool.push_trunk(0, *force)  # refuses what is too large
+        self._force = force
 
     def step(self) -> None:
         """Steps the walker by the policy's action."""
@@ -74,7 +76,7 @@ class Session:
         batch = self.walkers.step(self._actions)
         if self._force.any():
             episode.pushes.append((episode.length, (self._force[0], self._force[1])))
-            self._force[:] = 0
+            self._force = np.zeros(2)
         self._observation = batch.observations[0]
         episode.steps.add(self._actions[0], batch, 0)
         episode.length += 1

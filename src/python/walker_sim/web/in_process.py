@@ -11,8 +11,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 
 from walker_sim import _core
-from walker_sim.commands.options import InputError
-from walker_sim.commands.policies import PolicyFailed, make_policies, policies_of
+from walker_sim.commands.policies import Policies, has_policy, make_policies, policies_of
 from walker_sim.commands.recording import arrays_of
 from walker_sim.commands.session import Session, text_of_end
 from walker_sim.web.panel import Panel
@@ -24,13 +23,16 @@ END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
 POLL_INTERVAL = 0.01  # [s of wall time]
 PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
 DRAG = 0.1
-"""What pulls the trunk in each step for each metre that it is dragged, in an arrow key's pushes."""
+"""Push for each step and metre of drag, as a multiple of a key's push."""
+MAX_DRAG = 20.0  # [m]
+MAX_POLICY = 64 << 20  # size of a policy's file [bytes]
 
 
 class Page:
     """Connects session, view, panel and clock.
 
-    `options` are those of `play`, `parameters` the environment's.
+    `options` are those of `play`, `parameters` the environment's. `policy` is the name of the
+    policy of the episodes to come.
     """
 
     def __init__(
@@ -43,20 +45,23 @@ class Page:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         walkers = session.walkers
-        self.session, self._pace, self._now = session, pace, now
+        self.session, self._pace, self._now, self._server = session, pace, now, server
         self.is_paused = False
-        self._options, self._parameters = copy.copy(options), parameters
+        self._options, self._parameters = options, parameters
         self._specification = walkers.specification
         env_id = self._specification["id"]
         self._walkers = walkers.pool("--web")
+        self.policy = options.policy
+        self._known: dict[str, Policies] = {self.policy: session.policies}
         self._scene = Scene(server, _core.link_shapes(env_id, parameters))
         joints = self._specification["joint_names"]
-        self._panel = Panel(server, env_id, joints, self, policies_for(env_id, options.policy))
-        self._panel.refuse(InputError, PolicyFailed, AttributeError)
+        self._panel = Panel(server, env_id, joints, self, policies_for(env_id, self.policy))
+        self._panel.show_speed(pace.speed)
         self._panel.show_world(walkers.worlds()[0])
         self._drag = np.zeros(2)  # from the grabbed point to the pointer, along x and z [m]
         for mesh in self._scene.trunk:
             mesh.on_drag(self._take_drag)
+        self._num_browsers = 0
         self._shown_panel_at = self._ended_at = 0.0
         self._begin(lambda: None)
 
@@ -67,8 +72,21 @@ class Page:
             time.sleep(min(POLL_INTERVAL, self._pace.time_left()) if is_running else POLL_INTERVAL)
 
     def advance(self) -> None:
-        """Does what browsers have asked for, and steps if a step is due."""
+        """Does what browsers have asked for, and steps if a step is due. If that fails, the page
+        says so and pauses."""
         self._panel.handle()
+        try:
+            self._advance()
+        except Exception as error:
+            self.is_paused = True
+            self._drag = np.zeros(2)
+            self._panel.tell_all(error)
+
+    def _advance(self) -> None:
+        num_browsers = len(self._server.get_clients())
+        if num_browsers > self._num_browsers:
+            self._show()
+        self._num_browsers = num_browsers
         if not self.is_paused:
             if self.session.episode.end:
                 if self._now() >= self._ended_at + END_SHOWN:
@@ -88,6 +106,7 @@ class Page:
         self.is_paused = True
         if not self.session.episode.end:
             self._step()
+            self._show()
 
     def repeat(self) -> None:
         self._begin(self.session.begin)
@@ -98,31 +117,34 @@ class Page:
     def begin(self, seed: int) -> None:
         self._begin(lambda: self.session.begin(seed))
 
-    def set_speed(self, speed: float) -> None:
-        self._pace.speed = speed
-        self._pace.begin()
-
     @property
     def speed(self) -> float:
         """Simulation time per wall time."""
         return self._pace.speed
 
+    def set_speed(self, speed: float) -> None:
+        self._pace.speed = speed
+        self._pace.begin()
+
     def set_world(self, world: World) -> None:
         self.session.set_world(world)
 
     def set_policy(self, name: str) -> None:
-        options = copy.copy(self._options)
-        options.policy = name
-        policies = make_policies(
-            options, self._specification["id"], self._parameters, self._specification
-        )
-        self._options, self.session.policies = options, policies
+        if name not in self._known:
+            options = argparse.Namespace(policy=name, normalization=None)
+            self._known[name] = make_policies(
+                options, self._specification["id"], self._parameters, self._specification
+            )
+        self.policy, self.session.policies = name, self._known[name]
 
     def load_policy(self, name: str, content: bytes) -> None:
+        if len(content) > MAX_POLICY:
+            raise ValueError(f"{name}: {len(content)} bytes; must be at most {MAX_POLICY}")
         network = _core.Policy.from_bytes(name, content)
         network.check(self._specification["id"], self._parameters)
-        self.session.policies = policies_of(network, name)
-        self._options.policy = name
+        self._known[name] = policies_of(network, name)
+        self.set_policy(name)
+        self._panel.show_policy(name)
 
     def push(self, way: Sequence[float]) -> None:
         self.session.push(way)
@@ -132,24 +154,28 @@ class Page:
         episode = self.session.episode
         if episode.length == 0:
             raise ValueError("the episode has no step yet")
+        options = copy.copy(self._options)
+        options.policy = self._acting
+        if self._acting != self._options.policy:
+            options.normalization = None
         content = io.BytesIO()
-        arrays = arrays_of([episode], self._specification, self._options)
-        np.savez_compressed(content, **arrays)
+        np.savez_compressed(content, **arrays_of([episode], self._specification, options))
         return f"{self._specification['id']}_seed{episode.seed}.npz", content.getvalue()
 
     async def _take_drag(self, event: Any) -> None:
         way = np.subtract(event.end_position, event.start_position)[[0, 2]]
-        is_held = event.phase != "end"
-        self._drag = way if is_held else np.zeros(2)
+        is_held = event.phase != "end" and bool(np.isfinite(way).all())
+        self._drag = np.clip(way, -MAX_DRAG, MAX_DRAG) if is_held else np.zeros(2)
 
     def _begin(self, begin: Callable[[], None]) -> None:
         begin()
+        self._acting = self.policy  # of this episode
         self._pace.begin()
-        self._returns: list[float] = [0.0]
+        self._returns: dict[int, float] = {}
+        self._angles: dict[int, list[float]] = {}
         self._scene.begin(self._walkers.capture(0).scene_drawings())
         self._floor_center: float | None = None
         self._show()
-        self._angles = [self._joint_angles]
         self._show_panel()
 
     def _step(self) -> None:
@@ -163,14 +189,17 @@ class Page:
             print(text_of_end(episode), flush=True)
         if is_due or episode.end:
             self._show()
-        self._returns.append(episode.episode_return)
-        self._angles.append(self._joint_angles)
 
     def _show(self) -> None:
-        if self.session.episode.end == "failed":
+        """Shows the present state, if there is one and anybody to see it."""
+        episode = self.session.episode
+        if episode.end == "failed":
             return
         captured = self._walkers.capture(0)
-        self._joint_angles = captured.joint_positions
+        self._returns[episode.length] = episode.episode_return
+        self._angles[episode.length] = captured.joint_positions
+        if not self._server.get_clients():  # viser would keep what is sent, for those to come
+            return
         drawings = captured.state_drawings()
         center = captured.floor_center
         if center is not None and center != self._floor_center:
@@ -189,10 +218,12 @@ class Page:
             f"**{self._specification['id']}** episode {episode.order}, seed {episode.seed}\n\n"
             f"step {episode.length}, return **{episode.episode_return:.1f}** {state}{pushes}{world}"
         )
-        self._panel.plot(self._returns, self._angles)
+        self._panel.plot(episode.order, self._returns, self._angles)
 
 
 def policies_for(env_id: str, chosen: str) -> list[str]:
     """Returns the policies that the page offers, the chosen one first."""
-    names = ["shipped", "robust", "heuristic", "random", "zero"]
-    return [chosen, *(name for name in names if name != chosen)]
+    names = [chosen, "shipped", "robust", "heuristic", "random", "zero"]
+    if not has_policy(env_id, "robust"):
+        names.remove("robust")
+    return list(dict.fromkeys(names))

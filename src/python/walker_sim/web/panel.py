@@ -6,11 +6,15 @@ import functools
 import importlib
 import math
 import queue
-from typing import Any, Callable, Protocol, Sequence
+import re
+import traceback
+from typing import Any, Callable, Iterable, Mapping, Protocol, Sequence
 
 import numpy as np
 
 from walker_sim import _core
+from walker_sim.commands.options import InputError
+from walker_sim.commands.policies import PolicyFailed
 from walker_sim.worlds import World, to_world
 
 SPEEDS = ("1/16", "1/8", "1/4", "1/2", "1", "2", "4", "8", "16")
@@ -23,16 +27,18 @@ USUAL_MAXIMUM = {
     "angular_velocity_noise": 5.0,
     "linear_velocity_noise": 5.0,
 }
-"""Ends of sliders whose parameter allows so much that a slider could not set what is of use. The
-text sets the rest."""
-PLOTTED = 500  # latest steps
-PUSHES = {"arrowleft": (-1, 0), "arrowright": (1, 0), "arrowup": (0, 1), "arrowdown": (0, -1)}
-"""Ways along x and z, by key."""
+"""Upper bounds of sliders whose parameter's range is too wide for useful steps. The text field
+accepts larger values."""
+PLOTTED = 500  # latest pictures
+OTHER = "other"  # entry of the presets: the world is none of them, or was changed
+MAX_MESSAGE = 1000  # length of an error's text
+PUSHES = {"up": ("I", 0, 1), "left": ("J", -1, 0), "down": ("K", 0, -1), "right": ("L", 1, 0)}
+"""Keys and ways along x and z. viser's camera has the arrows, W, A, S, D, Q and E."""
 
 
 class Walker(Protocol):
     """What the panel asks of the walker that it steers. Each may raise an error, which is shown to
-    the browser that has asked."""
+    the browser that has asked. `policy` is that of the episodes to come."""
 
     def pause(self) -> None: ...
     def step_once(self) -> None: ...
@@ -43,6 +49,8 @@ class Walker(Protocol):
     def set_world(self, world: World) -> None: ...
     def set_policy(self, name: str) -> None: ...
     def load_policy(self, name: str, content: bytes) -> None: ...
+    @property
+    def policy(self) -> str: ...
     def push(self, way: Sequence[float]) -> None: ...
     def save(self) -> tuple[str, bytes]: ...
 
@@ -50,111 +58,155 @@ class Walker(Protocol):
 class Panel:
     """Elements that all browsers share.
 
-    What a browser asks for waits until `handle` is called, in the thread that steps the walker.
+    What a browser asks for waits until `handle` is called, in the thread that steps the walker. A
+    browser may send any value for an element, so each is checked here.
     """
 
     def __init__(
         self, server: Any, env_id: str, joints: Sequence[str], walker: Walker, policies: list[str]
     ) -> None:
         self._server, self._env_id, self._walker = server, env_id, walker
+        self._policies = policies
         self._world: World = {}
+        self._plotted: tuple[int, ...] = ()
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Any]] = queue.SimpleQueue()
-        self._refused: tuple[type[Exception], ...] = (ValueError, TypeError, RuntimeError)
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.main_panel.dock_right()
         self._status = server.gui.add_markdown("")
         self._add_buttons()
-        self._add_policies(policies)
+        self._add_policies()
         self._add_worlds()
         self._add_plots(joints)
 
-    def refuse(self, *errors: type[Exception]) -> None:
-        """Adds errors that are shown in the browser instead of being raised by `handle`."""
-        self._refused += errors
-
     def handle(self) -> None:
-        """Does what browsers have asked for."""
+        """Does what browsers have asked for. An error is shown to the one that has asked."""
         while not self._waiting.empty():
             function, client = self._waiting.get()
             try:
                 function()
-            except self._refused as error:
-                if client is not None:
-                    client.add_notification("Refused", str(error), color="red")
+            except Exception as error:
+                refuse(client, error)
+
+    def tell_all(self, error: Exception) -> None:
+        """Shows an error to every browser."""
+        for client in self._server.get_clients().values():
+            refuse(client, error)
 
     def show_status(self, text: str) -> None:
         if text != self._status.content:
             self._status.content = text
 
+    def show_speed(self, speed: float) -> None:
+        self._speed.value = next(text for text in SPEEDS if to_speed(text) >= min(speed, 16))
+
+    def show_policy(self, name: str) -> None:
+        """Shows the policy of the episodes to come."""
+        if name not in self._policies:
+            self._policies.append(name)
+            self._policy.options = self._policies
+        self._policy.value = name
+
     def show_world(self, world: World) -> None:
-        """Shows the world of the episodes to come."""
+        """Shows the world of the episodes to come. A slider shows a range's lower end."""
         self._world = world
         self._text.value = _core.world_text(world)
-        for name, slider in self._sliders.items():
-            if name in world:
-                slider.value = min(max(world[name][0], slider.min), slider.max)
+        self._preset.value = OTHER
+        for name, (slider, default) in self._sliders.items():
+            value = world[name][0] if name in world else default
+            slider.value = min(max(value, slider.min), slider.max)
 
-    def plot(self, returns: Sequence[float], angles: Sequence[Sequence[float]]) -> None:
-        """Shows the return [-] and the joints' angles [rad] after each step."""
-        first = max(0, len(returns) - PLOTTED)
-        steps = np.arange(first, len(returns), dtype=float)
-        self._returns.data = (steps, np.array(returns[first:], float))
-        columns = np.array(angles[first:], float).reshape(len(steps), -1).T
-        self._angles.data = (steps, *map(np.ascontiguousarray, columns))
+    def plot(
+        self, episode: int, returns: Mapping[int, float], angles: Mapping[int, Sequence[float]]
+    ) -> None:
+        """Shows the return [-] and the joints' angles [rad] after steps, by the step."""
+        if (episode, len(returns)) == self._plotted:
+            return
+        self._plotted = episode, len(returns)
+        for plot, values in ((self._returns, returns), (self._angles, angles)):
+            steps = np.array([*values][-PLOTTED:], float)
+            columns = np.array([*values.values()][-PLOTTED:], float).reshape(len(steps), -1).T
+            plot.data = (steps, *map(np.ascontiguousarray, columns))
 
-    def ask(self, function: Callable[[], Any], client: Any = None) -> None:
-        """Has a function called by the thread that steps the walker."""
-        self._waiting.put((function, client))
+    def _on(self, function: Callable[..., Any], *names: str) -> Callable[[Any], Any]:
+        """Returns a callback for an element: the function is called with these attributes of the
+        element's value, none: with its value, when it is this thread's turn."""
 
-    def _on(self, function: Callable[..., Any], *arguments: Any) -> Callable[[Any], None]:
-        """Returns a callback for an element."""
-        return lambda event: self.ask(functools.partial(function, *arguments), event.client)
+        async def take(event: Any) -> None:  # in the order in which browsers ask
+            if event.client is None:  # the page itself has set the value
+                return
+            value = getattr(event.target, "value", None)
+            values = [getattr(value, name) for name in names] if names else [value]
+            self._waiting.put((functools.partial(function, *values), event.client))
+
+        return take
 
     def _add_buttons(self) -> None:
         gui, walker = self._server.gui, self._walker
         actions: dict[str, tuple[str, Callable[[], None]]] = {
             "pause": ("space", walker.pause),
-            "step": ("S", walker.step_once),
+            "step": ("F", walker.step_once),
             "repeat": ("R", walker.repeat),
             "next": ("N", walker.begin_next),
         }
         keys = ", ".join(f"{name}: {key}" for name, (key, _) in actions.items())
         row = gui.add_button_group("Episode", tuple(actions), hint=f"keys: {keys}")
-        row.on_click(lambda event: self.ask(actions[event.target.value][1], event.client))
+        row.on_click(self._on(lambda name: actions[one_of(name, actions)][1]()))
         for name, (key, action) in actions.items():
-            gui.add_command(name.capitalize(), hotkey=key).on_trigger(self._on(action))
-        for key, way in PUSHES.items():
-            label = f"Push, {key[len('arrow') :]}"
-            gui.add_command(label, hotkey=key).on_trigger(self._on(walker.push, way))
+            self._add_key(name.capitalize(), key, action)
+        for way, (key, x, z) in PUSHES.items():
+            self._add_key(f"Push {way}", key, functools.partial(walker.push, (x, z)))
         seed = gui.add_text("Seed", "0")
         begin = gui.add_button("Begin this seed's episode")
-        begin.on_click(self._on(lambda: walker.begin(to_seed(seed.value))))
-        speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
-        speed.on_update(self._on(lambda: walker.set_speed(to_speed(speed.value))))
-        gui.add_button("Save episode", hint="a file that repeats to the bit").on_click(
-            lambda event: self.ask(
-                lambda: event.client.send_file_download(*walker.save()), event.client
+        begin.on_click(self._on(lambda _: walker.begin(to_seed(seed.value))))
+        self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
+        self._speed.on_update(
+            self._on(lambda text: walker.set_speed(to_speed(one_of(text, SPEEDS))))
+        )
+        save = gui.add_button("Save episode", hint="a file that `record --check` repeats")
+
+        async def download(event: Any) -> None:
+            self._waiting.put(
+                (lambda: event.client.send_file_download(*walker.save()), event.client)
             )
+
+        save.on_click(download)
+
+    def _add_key(self, label: str, key: str, action: Callable[[], Any]) -> None:
+        command = self._server.gui.add_command(label, hotkey=key)
+        command.on_trigger(self._on(lambda _: action()))
+
+    def _add_policies(self) -> None:
+        gui, walker = self._server.gui, self._walker
+        self._policy = gui.add_dropdown(
+            "Policy", self._policies, hint="acts from the next episode on"
         )
 
-    def _add_policies(self, names: list[str]) -> None:
-        gui, walker = self._server.gui, self._walker
-        if not names:
-            return
-        policy = gui.add_dropdown("Policy", names, hint="acts from the next episode on")
-        policy.on_update(self._on(lambda: walker.set_policy(policy.value)))
+        def choose(name: str) -> None:
+            try:
+                walker.set_policy(one_of(name, self._policies))
+            finally:
+                self._policy.value = walker.policy
+
+        self._policy.on_update(self._on(choose))
         file = gui.add_upload_button("Policy from a file", mime_type=".safetensors")
-        file.on_upload(self._on(lambda: walker.load_policy(file.value.name, file.value.content)))
+        file.on_upload(self._on(walker.load_policy, "name", "content"))
 
     def _add_worlds(self) -> None:
         gui, env_id = self._server.gui, self._env_id
-        self._sliders: dict[str, Any] = {}
+        presets = presets_of(env_id)
+        self._sliders: dict[str, tuple[Any, float]] = {}
+
+        def choose(name: str) -> None:
+            if name != OTHER:
+                self._set_world(lambda: to_world(env_id, one_of(name, presets)))
+
         with gui.add_folder("World", expand_by_default=False):
             gui.add_markdown("Acts from the next episode on.")
-            preset = gui.add_dropdown("Preset", presets_of(env_id))
-            preset.on_update(self._on(lambda: self._set_world(to_world(env_id, preset.value))))
+            self._preset = gui.add_dropdown("Preset", [OTHER, *presets])
+            self._preset.on_update(self._on(choose))
             self._text = gui.add_text("Text", "{}", multiline=True, hint="as for --world")
-            gui.add_button("Set the text's world").on_click(self._on(self._read_world))
+            button = gui.add_button("Set the text's world")
+            button.on_click(self._on(lambda _: self._set_world(self._read_world)))
             for parameter in _core.world_parameters(env_id):
                 self._add_slider(parameter)
 
@@ -162,39 +214,41 @@ class Panel:
         name, low, high = parameter["name"], parameter["minimum"], parameter["maximum"]
         high = USUAL_MAXIMUM.get(name, high)
         value = low if math.isnan(parameter["default"]) else parameter["default"]
-        step = 1.0 if parameter["is_whole"] else (high - low) / 1000
+        value = min(max(value, low), high)
         unit = f" [{parameter['unit']}]" if parameter["unit"] else ""
         slider = self._server.gui.add_slider(
             name + unit,
             min=low,
             max=high,
-            step=step,
-            initial_value=min(max(value, low), high),
+            step=1.0 if parameter["is_whole"] else (high - low) / 1000,
+            initial_value=value,
             hint=parameter["description"],
         )
-        self._sliders[name] = slider
+        self._sliders[name] = slider, value
 
-        def set_value() -> None:
-            self._set_world({**self._world, name: (slider.value, slider.value)})
+        def choose(number: float) -> None:
+            world = {**self._world, name: (number, number)}
+            self._set_world(lambda: to_world(self._env_id, world))
 
-        # Values that the page itself sets come from no browser.
-        def take(event: Any) -> None:
-            if event.client is not None:
-                self.ask(set_value, event.client)
+        slider.on_update(self._on(choose))
 
-        slider.on_update(take)
-
-    def _read_world(self) -> None:
-        world = _core.parse_world(self._text.value.encode("utf-8", "surrogatepass"), "of the page")
+    def _read_world(self) -> World:
+        text = self._text.value.encode("utf-8", "surrogatepass")
+        world = _core.parse_world(text, "of the page")
         _core.check_world(self._env_id, world)
-        self._set_world(world)
+        return world
 
-    def _set_world(self, world: World) -> None:
+    def _set_world(self, make: Callable[[], World]) -> None:
+        """Sets a world. If it is refused, the page shows the one before again."""
+        world = self._world
         try:
+            world = make()
             self._walker.set_world(world)
-            self._world = world
+        except Exception:
+            world = self._world
+            raise
         finally:
-            self.show_world(self._world)
+            self.show_world(world)
 
     def _add_plots(self, joints: Sequence[str]) -> None:
         gui, uplot = self._server.gui, importlib.import_module("viser.uplot")
@@ -218,6 +272,22 @@ class Panel:
             self._angles = plot("joint angles [rad]", joints)
 
 
+def refuse(client: Any, error: Exception) -> None:
+    """Shows an error in a browser. One that is not about what was asked is a fault of this program,
+    so that its place is printed too."""
+    if not isinstance(error, (ValueError, TypeError, RuntimeError, InputError, PolicyFailed)):
+        traceback.print_exception(type(error), error, error.__traceback__)
+    client.add_notification("Refused", str(error)[:MAX_MESSAGE], color="red")
+
+
+def one_of(value: str, options: Iterable[str]) -> str:
+    """Returns a value that is among the options; ValueError if it is not."""
+    options = list(options)
+    if value not in options:
+        raise ValueError(f"{_core.shown(value)}: must be one of {', '.join(options)}")
+    return value
+
+
 def presets_of(env_id: str) -> list[str]:
     """Returns the presets that the environment can apply, the plain one first."""
     presets = []
@@ -231,8 +301,10 @@ def presets_of(env_id: str) -> list[str]:
 
 
 def to_seed(text: str) -> int:
-    if not text.strip().isdecimal() or int(text) >= 2**64:
-        raise ValueError(f"seed = {text!r}: must be a whole number from 0 to {2**64 - 1}")
+    if not re.fullmatch(r" *[0-9]{1,20} *", text) or int(text) >= 2**64:
+        raise ValueError(
+            f"seed = {_core.shown(text)}: must be a whole number from 0 to {2**64 - 1}"
+        )
     return int(text)
 
 

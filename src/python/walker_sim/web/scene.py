@@ -15,7 +15,7 @@ PATH_SPACING, MAX_PATH = 0.1, 400
 dropped. They are those of rviz's path."""
 
 SLOWNESS = 0.02
-"""Share of the trunk's height by which the view follows it in each picture."""
+"""Share of the height difference to the trunk that the view makes up in each picture."""
 
 Drawing = Mapping[str, Any]
 """Coloured triangles, lines, spheres or a text, as `StateCapture` returns them."""

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import http.cookies
 import importlib
 import io
-import ipaddress
 import logging
+import os
 import secrets
 import socket
 from typing import Any, Callable
@@ -16,7 +15,6 @@ from urllib.parse import parse_qs, urlsplit
 
 PORT = 8080
 LOOPBACK = "127.0.0.1"
-COOKIE = "walker_sim_token"
 
 
 class CannotServe(Exception):
@@ -31,19 +29,20 @@ def serve(label: str, host: str = LOOPBACK, port: int | None = None) -> tuple[An
     label
         Title of the page.
     host
-        Address to listen at. At another one than this machine's own only browsers with the token
-        are answered: the page's address sets it as a cookie.
+        Address to listen on.
     port
-        Port to listen at; None: the first free one from `PORT` on.
+        Port to listen on; None: the first free one from `PORT` on.
 
     Returns
     -------
-    The `viser.ViserServer`, and the page's address.
+    The `viser.ViserServer`, and the page's address with its token. Opening it stores the token in
+    the browser as a cookie; a request without the token is refused, also on this machine, which
+    other users and other sites in the browser reach too.
 
     Raises
     ------
     CannotServe
-        Without viser, or if the address cannot be listened at.
+        Without viser, or if the address cannot be listened on.
     """
     try:
         viser: Any = importlib.import_module("viser")
@@ -52,14 +51,15 @@ def serve(label: str, host: str = LOOPBACK, port: int | None = None) -> tuple[An
         raise CannotServe(f'a page needs viser: pip install "walker_sim[web]" ({error})') from error
     # Browsers open connections that they do not use, which it would report as errors.
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
-    token = "" if is_loopback(host) else secrets.token_urlsafe()
     _check_free(host, port)
-
+    os.environ.pop("_VISER_PORT_OVERRIDE", None)
+    guard = Guard(secrets.token_urlsafe())
     # viser has no place for a check of its own, so its server gets one when it is made.
     original = websockets.serve
 
     def guarded(*arguments: Any, process_request: Any, **keywords: Any) -> Any:
-        check = functools.partial(answer, process_request, token)
+        guard.is_used = True
+        check = functools.partial(guard.answer, process_request)
         return original(*arguments, process_request=check, **keywords)
 
     websockets.serve = guarded
@@ -70,55 +70,64 @@ def serve(label: str, host: str = LOOPBACK, port: int | None = None) -> tuple[An
             )
     finally:
         websockets.serve = original
+    if not guard.is_used:
+        server.stop()
+        raise CannotServe(f"viser {viser.__version__}: not supported")
+    guard.cookie += f"_{server.get_port()}"
     server.request_share_url = lambda verbose=True: None  # a browser cannot make the page public
     if host in ("0.0.0.0", "::"):  # every address of this machine: browsers know it by its name
         host = socket.gethostname()
     shown = f"[{host}]" if ":" in host else host
-    address = f"http://{shown}:{server.get_port()}/"
-    return server, f"{address}?token={token}" if token else address
+    return server, f"http://{shown}:{server.get_port()}/?token={guard.token}"
 
 
-def is_loopback(host: str) -> bool:
-    """Whether only this machine reaches the address."""
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
+class Guard:
+    """Answers only requests with the token, by a cookie or in the page's address."""
 
+    def __init__(self, token: str) -> None:
+        self.token = token
+        self.cookie = "walker_sim"  # its name; cookies are a host's, not a port's
+        self.is_used = False
 
-def answer(serve_file: Callable[..., Any], token: str, connection: Any, request: Any) -> Any:
-    """Answers a request: None if it becomes a websocket, else a response.
+    def answer(self, serve_file: Callable[..., Any], connection: Any, request: Any) -> Any:
+        """Answers a request: None if it becomes a websocket, else a response.
 
-    A page of another origin in the same browser could open a websocket here. Browsers say so by
-    `Origin`, and such a request is refused, as is one without the token.
-    """
-    headers = request.headers
-    origin = headers.get("Origin")
-    if origin is not None and urlsplit(origin).netloc != headers.get("Host"):
-        return connection.respond(403, f"origin {origin}: must be the page's own\n")
-    if not token:
-        host = urlsplit("//" + headers.get("Host", "")).hostname or ""
-        if not is_loopback(host):  # a site whose name leads here would be its page's own origin
-            return connection.respond(403, f"host {host}: must be this machine's own address\n")
-        return serve_file(connection, request)
-    given = parse_qs(urlsplit(request.path).query).get("token", [""])[0]
-    cookies = http.cookies.SimpleCookie(headers.get("Cookie", ""))
-    kept = cookies[COOKIE].value if COOKIE in cookies else ""
-    if not any(secrets.compare_digest(each.encode(), token.encode()) for each in (given, kept)):
-        return connection.respond(403, "token: missing or wrong; the server printed the address\n")
-    response = serve_file(connection, request)
-    if response is not None and given:
-        response.headers["Set-Cookie"] = f"{COOKIE}={token}; HttpOnly; SameSite=Strict"
-    return response
+        Other parameters than the token are refused: by them viser's page would take its contents,
+        scripts included, from another server.
+        """
+        headers = request.headers
+        query = parse_qs(urlsplit(request.path).query, keep_blank_values=True)
+        cookies = [part.strip().partition("=") for part in headers.get("Cookie", "").split(";")]
+        given = query.pop("token", [])
+        kept = [value for name, _, value in cookies if name == self.cookie]
+        if not any(self._is_token(text) for text in (*given, *kept)):
+            text = "token: missing or wrong; the server printed the page's address\n"
+            return connection.respond(403, text)
+        origin = headers.get("Origin")
+        if origin is not None and urlsplit(origin).netloc != headers.get("Host"):
+            return connection.respond(403, f"origin {origin}: must be the page's own\n")
+        if query:
+            return connection.respond(403, "query: must be the token alone\n")
+        response = serve_file(connection, request)
+        if response is not None:
+            response.headers["Content-Security-Policy"] = "frame-ancestors 'none'"
+            cookie = f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict"
+            response.headers["Set-Cookie"] = cookie
+        return response
+
+    def _is_token(self, text: str) -> bool:
+        return secrets.compare_digest(text.encode(), self.token.encode())
 
 
 def _check_free(host: str, port: int | None) -> None:
-    """viser would take the next free port instead, and retry for ever at a wrong address."""
+    """viser would take the next free port instead, and retry without end at a wrong address."""
     try:
-        family = socket.getaddrinfo(host, port)[0][0]
-        with socket.socket(family) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((host, port or 0))
+        for family, kind, _, _, address in socket.getaddrinfo(
+            host, port or 0, type=socket.SOCK_STREAM
+        ):
+            with socket.socket(family, kind) as probe:
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+                probe.bind(address)
     except OSError as error:
         where = host if port is None else f"{host}, port {port}"
-        raise CannotServe(f"{where}: cannot be listened at: {error.strerror or error}") from error
+        raise CannotServe(f"{where}: cannot listen: {error.strerror or error}") from error
