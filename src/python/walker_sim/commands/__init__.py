@@ -16,7 +16,7 @@ from walker_sim.files import naming
 
 COMMANDS = {
     "evaluate": "prints a policy's return over seeds; writes a plot, CSV and JSON",
-    "play": "shows a walker in a window, in real time",
+    "play": "shows a walker in a window or a browser, in real time",
     "record": "writes episodes to a file or a data set, or checks those of a file to the bit",
     "train": "trains a policy with Stable-Baselines3 on many walkers at once",
     "convert": "converts Stable-Baselines3 or ONNX models to policy files, policy files to ONNX",

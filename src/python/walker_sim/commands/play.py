@@ -207,8 +207,7 @@ def run(arguments: Sequence[str]) -> int:
     parser.add_argument(
         "--host",
         metavar="ADDRESS",
-        help="with --web: address to listen at; another one than this machine's own is reachable "
-        "from others, with the token in the printed address (default: 127.0.0.1)",
+        help="with --web: address to listen on (default: 127.0.0.1, this machine only)",
     )
     common.add_world(parser)
     common.add_walker_options(parser)
@@ -225,6 +224,8 @@ def run(arguments: Sequence[str]) -> int:
         words = ["BipedalWalker-v3", *words]
     env_id, parameters = common.walker_of(words)
     parameters, camera = split_keywords(env_id, parameters)
+    if options.web and camera:
+        raise common.InputError(f"{next(iter(camera))}: must be without --web, whose view has it")
     with closing(common.make_walkers(options, env_id, parameters, None, 1)) as walkers:
         policies = make_policies(options, env_id, parameters, walkers.specification)
         session = Session(walkers, policies, common.chosen_seeds(options))
