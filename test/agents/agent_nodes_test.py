@@ -110,7 +110,8 @@ class AgentNodesTest(ServerTest):
             begin, step = transitions.wait_count(6)[:2]
             action = np.empty(4)
             file = included_policy(f"BipedalWalker-v3{name}")
-            _core.Policy(file).act(np.array(begin.observation), action)
+            policy = _core.Policy(file)
+            policy.act_next(_core.PolicyInput(policy), np.array(begin.observation), action)
             self.assertEqual(list(step.action), action.tolist())
             self.server.stop()
         self.serve(env="Hopper-v5", mode="lockstep")

@@ -21,7 +21,7 @@ import rospy
 from PIL import ImageGrab
 from tf2_msgs.msg import TFMessage
 from walker_sim._core import Agent, Policy
-from walker_sim.commands.policies import shipped_policy
+from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.srv import GetSpec, Reset, Step
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
@@ -164,7 +164,7 @@ class Show:
                 processes.close()
         self._agent, self._env = agent, env
         self.spec = self.service("get_spec", GetSpec)().spec
-        self._action = np.empty(self.spec.action_size)
+        self._num_actions = self.spec.action_size
         self._reset = self.service("reset", Reset)
         self._step = self.service("step", Step)
 
@@ -193,14 +193,14 @@ class Show:
 
     def reset(self, seed):
         if self._agent in ("shipped", "robust"):
-            self._policy = Policy(str(shipped_policy(self._env, self._agent)))
+            agent = Policy(str(shipped_policy(self._env, self._agent)))
         else:
-            self._policy = Agent(self._agent, self._env, {}, 0)  # without earlier state
+            agent = Agent(self._agent, self._env, {}, 0)
+        self._act = acting(agent, self._num_actions)  # without earlier state
         return self._checked(self._reset(has_seed=True, seed=seed))
 
     def walk(self, transition):
-        self._policy.act(np.array(transition.observation), self._action)
-        return self.step(self._action.tolist())
+        return self.step(self._act(np.array(transition.observation)).tolist())
 
     def step(self, action):
         return self._checked(self._step(action=action))
