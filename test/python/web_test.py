@@ -42,6 +42,12 @@ class Shown:
             self.page.advance()
             time.sleep(0.002)
 
+    def do(self, function):
+        """Calls a function in the page's thread."""
+        done = threading.Event()
+        self.page._panel._waiting.put((lambda: (function(), done.set()), None))
+        assert done.wait(60)
+
     def close(self):
         self._is_over = True
         self._thread.join()
@@ -247,14 +253,14 @@ def test_errors_pause_the_page(show):
     weights[len(weights) // 2 :] = -3e38  # sums become infinite, and their sums not numbers
     with pytest.raises(ValueError, match="made for Walker2d-v5: it takes 17"):
         page.load_policy("other.safetensors", shipped_policy("Walker2d-v5").read_bytes())
-    page.load_policy("large.safetensors", content[:begin] + weights.tobytes())
-    page.begin_next()
+    shown.do(lambda: page.load_policy("large.safetensors", content[:begin] + weights.tobytes()))
+    shown.do(page.begin_next)
     page.is_paused = False
     wait_for(lambda: client.notes, "the error")
     assert "action" in client.notes[0] and "must be finite" in client.notes[0]
     assert page.is_paused
-    page.set_policy("zero")
-    page.begin_next()
+    shown.do(lambda: page.set_policy("zero"))
+    shown.do(page.begin_next)
     page.is_paused = False
     wait_for(lambda: shown.session.episode.length > 3, "steps with another policy")
 
