@@ -123,6 +123,11 @@ py::list links_of(const std::string& id, const py::dict& parameters) {
 }  // namespace
 
 void bind_drawing(py::module& module) {
+  py::class_<Path>(module, "Path")
+      .def(py::init<>())
+      .def("add", &Path::add)
+      .def("clear", &Path::clear)
+      .def("drawing", [](const Path& path) { return to_dict(path.drawing()); });
   module.def("link_shapes", &links_of);
   py::class_<ShownState>(module, "StateCapture")
       .def_readonly("step", &StateCapture::step)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from walker_sim.commands import play
 from walker_sim.commands.policies import make_policies
+from walker_sim.commands.session import END_SHOWN
 from walker_sim.in_process import InProcessWalkers
 from walker_sim.rendering import Pictures
 from walker_sim.walkers import Walkers
@@ -197,7 +198,7 @@ def test_shows_the_end_before_the_next_episode(capsys, clock):
     viewer = make_viewer(clock, max_episode_steps=5)
     pass_time(viewer, clock, 6 * DT)
     assert viewer.status().endswith("time limit")
-    pass_time(viewer, clock, play.END_SHOWN - 4 * DT)
+    pass_time(viewer, clock, END_SHOWN - 4 * DT)
     assert viewer.session.count == 1
     pass_time(viewer, clock, 4 * DT)
     assert viewer.session.count == 2
@@ -215,7 +216,7 @@ def test_paused_at_the_end_of_an_episode(pygame, clock, capsys):
     press(pygame, viewer, "PERIOD")
     assert viewer.session.episode.length == length
     assert viewer.status().endswith("fell, paused")
-    pass_time(viewer, clock, 2 * play.END_SHOWN)
+    pass_time(viewer, clock, 2 * END_SHOWN)
     assert viewer.session.count == 1
     press(pygame, viewer, "r")
     assert viewer.session.episode.end == ""

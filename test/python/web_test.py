@@ -145,7 +145,7 @@ def test_seed_speed_policy_and_world(show, browse):
     wait_for(lambda: session.walkers.worlds()[0] == read_world("moon"), "the preset")
     wait_for(lambda: "{gravity: -1.62}" in browser.text(), "the preset's text")
     browser.choose("Speed", "4")
-    wait_for(lambda: shown.page.speed == 4, "the speed")
+    wait_for(lambda: shown.page.pace.speed == 4, "the speed")
     browser.choose("Policy", "shipped")
 
     def walks():

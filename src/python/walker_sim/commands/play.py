@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
 from walker_sim.commands.policies import POLICY_HELP, make_policies
-from walker_sim.commands.session import Session, text_of_end
+from walker_sim.commands.session import Playback, Session
 from walker_sim.rendering import Pictures, split_keywords
+from walker_sim.web.in_process import Page
+from walker_sim.web.server import LOOPBACK, CannotServe, serve
 from walker_sim.window import Pace, Screen, load_pygame
 
 EPISODES = 100
-END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
 MIN_SPEED, MAX_SPEED = 1 / 64, 64.0  # simulation time per wall time
-POLL_INTERVAL = 0.01  # keyboard polling interval [s of wall time]
 
 KEYS = """\
 Space            pause or continue
@@ -66,7 +66,7 @@ examples:
 """
 
 
-class Viewer:
+class Viewer(Playback):
     """Connects session, screen, keyboard and clock."""
 
     def __init__(
@@ -77,11 +77,10 @@ class Viewer:
         pace: Pace,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.session, self.pace = session, pace
-        self.is_over, self.is_paused, self.has_help = False, False, False
+        super().__init__(session, pace, now)
+        self.is_over, self.has_help = False, False
         self._has_warned = False  # that pushes do not work
-        self._draw, self._screen, self._now = draw, screen, now
-        self._ended_at = 0.0
+        self._draw, self._screen = draw, screen
         pygame = load_pygame()
         self._pushes = {getattr(pygame, f"K_{name}"): way for name, way in PUSHES.items()}
         self._show()
@@ -90,8 +89,7 @@ class Viewer:
         while not self.is_over:
             self.handle_events()
             self.advance()
-            is_running = not self.is_paused and not self.session.episode.end
-            time.sleep(min(POLL_INTERVAL, self.pace.time_left()) if is_running else POLL_INTERVAL)
+            self.sleep()
 
     def handle_events(self) -> None:
         pygame = load_pygame()
@@ -103,17 +101,6 @@ class Viewer:
                 self._show()
             elif event.type == pygame.VIDEOEXPOSE:
                 self._show()
-
-    def advance(self) -> None:
-        """Steps if a step is due; begins the next episode END_SHOWN after the end of one."""
-        if self.is_paused:
-            return
-        if not self.session.episode.end:
-            if self.pace.time_left() == 0:
-                self._step()
-        elif self._now() >= self._ended_at + END_SHOWN:
-            self._begin(self.session.begin_next)
-            self._show()
 
     def status(self) -> str:
         episode = self.session.episode
@@ -130,22 +117,19 @@ class Viewer:
 
     def _handle_key(self, pygame: Any, key: int) -> None:
         if key == pygame.K_SPACE:
-            self.is_paused = not self.is_paused
-            self.pace.begin()
+            self.pause()
         elif key == pygame.K_PERIOD:
-            self.is_paused = True
-            if not self.session.episode.end:
-                self._step()
+            self.step_once()
         elif key in self._pushes:
             self._push(self._pushes[key])
         elif key == pygame.K_r:
-            self._begin(self.session.begin)
+            self.repeat()
         elif key == pygame.K_n:
-            self._begin(self.session.begin_next)
+            self.begin_next()
         elif key in (pygame.K_PLUS, pygame.K_EQUALS, pygame.K_KP_PLUS, pygame.K_f):
-            self._set_speed(2 * self.pace.speed)
+            self.set_speed(min(2 * self.pace.speed, MAX_SPEED))
         elif key in (pygame.K_MINUS, pygame.K_KP_MINUS, pygame.K_s):
-            self._set_speed(self.pace.speed / 2)
+            self.set_speed(max(self.pace.speed / 2, MIN_SPEED))
         elif key == pygame.K_h:
             self.has_help = not self.has_help
         elif key in (pygame.K_q, pygame.K_ESCAPE):
@@ -158,24 +142,6 @@ class Viewer:
             if not self._has_warned:
                 print(f"walker_sim play: {error}; publish on the topic push", file=sys.stderr)
             self._has_warned = True
-
-    def _begin(self, begin: Callable[[], None]) -> None:
-        begin()
-        self.pace.begin()
-
-    def _set_speed(self, speed: float) -> None:
-        self.pace.speed = min(max(speed, MIN_SPEED), MAX_SPEED)
-        self.pace.begin()
-
-    def _step(self) -> None:
-        self.session.step()
-        is_due = self.pace.is_picture_due()
-        episode = self.session.episode
-        if episode.end:
-            self._ended_at = self._now()
-            print(text_of_end(episode))
-        if is_due or episode.end:
-            self._show()
 
     def _show(self) -> None:
         if self.session.episode.end != "failed":  # a failed engine has no state to draw
@@ -219,6 +185,8 @@ def run(arguments: Sequence[str]) -> int:
     for name in ("port", "host"):
         if getattr(options, name) is not None and not options.web:
             raise common.InputError(f"--{name} {getattr(options, name)}: only with --web")
+    if options.web and options.transport == "ros":
+        raise common.InputError("--web: must be with --transport inprocess")
     words = options.walker
     if all("=" in word for word in words):
         words = ["BipedalWalker-v3", *words]
@@ -252,11 +220,6 @@ def show_page(
     options: argparse.Namespace, session: Session, parameters: dict[str, Any], pace: Pace
 ) -> int:
     """Serves the page until Ctrl-C."""
-    from walker_sim.web.in_process import Page
-    from walker_sim.web.server import LOOPBACK, CannotServe, serve
-
-    if options.transport == "ros":
-        raise common.InputError("--web: must be with --transport inprocess")
     env_id = session.walkers.specification["id"]
     try:
         server, address = serve(f"walker_sim {env_id}", options.host or LOOPBACK, options.port)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Sequence
+import time
+from abc import ABC, abstractmethod
+from typing import Any, Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +13,11 @@ from walker_sim import _core
 from walker_sim.commands.episodes import Policy, RecordedEpisode, end_of
 from walker_sim.commands.policies import Policies
 from walker_sim.walkers import Walkers
+from walker_sim.window import Pace
 from walker_sim.worlds import World, text_of
+
+END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
+POLL_INTERVAL = 0.01  # between looks at what a person has asked for [s of wall time]
 
 
 class Session:
@@ -82,6 +88,73 @@ class Session:
         episode.length += 1
         episode.episode_return += float(batch.rewards[0])
         episode.end = end_of(self.walkers, batch, 0)
+
+
+class Playback(ABC):
+    """Steps a session in real time, as a window or a page shows it. `now` is a clock [s]."""
+
+    def __init__(
+        self, session: Session, pace: Pace, now: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.session, self.pace, self._now = session, pace, now
+        self.is_paused = False
+        self._ended_at = 0.0
+
+    def advance(self) -> None:
+        """Steps if a step is due; begins the next episode END_SHOWN after the end of one."""
+        if self.is_paused:
+            return
+        if not self.session.episode.end:
+            if self.pace.time_left() == 0:
+                self._step()
+        elif self._now() >= self._ended_at + END_SHOWN:
+            self.begin_next()
+
+    def sleep(self) -> None:
+        """Sleeps until a step may be due or a person may have asked for something."""
+        is_running = not self.is_paused and not self.session.episode.end
+        time.sleep(min(POLL_INTERVAL, self.pace.time_left()) if is_running else POLL_INTERVAL)
+
+    def pause(self) -> None:
+        """Pauses or continues."""
+        self.is_paused = not self.is_paused
+        self.pace.begin()
+
+    def step_once(self) -> None:
+        self.is_paused = True
+        if not self.session.episode.end:
+            self._step()
+            self._show()
+
+    def repeat(self) -> None:
+        self._begin(self.session.begin)
+
+    def begin_next(self) -> None:
+        self._begin(self.session.begin_next)
+
+    def set_speed(self, speed: float) -> None:
+        """Sets the simulation time per wall time."""
+        self.pace.speed = speed
+        self.pace.begin()
+
+    def _begin(self, begin: Callable[[], None]) -> None:
+        begin()
+        self.pace.begin()
+        self._show()
+
+    def _step(self) -> None:
+        self.session.step()
+        is_due = self.pace.is_picture_due()
+        episode = self.session.episode
+        if episode.end:
+            self._ended_at = self._now()
+            print(text_of_end(episode), flush=True)
+        if is_due or episode.end:
+            self._show()
+
+    @abstractmethod
+    def _show(self) -> None:
+        """Shows the present state."""
 
 
 def text_of_end(episode: RecordedEpisode) -> str:

@@ -327,14 +327,8 @@ class Settings:
 
 _LATER = (
     *("world", "curriculum", "stages", "start", "population", "episodes", "sigma", "common_seeds"),
-    *(
-        "max_difference",
-        "deviation_weight",
-        "start_weight",
-        "keep_best_by",
-        "history",
-        "value_steps",
-    ),
+    *("max_difference", "deviation_weight", "start_weight"),
+    *("keep_best_by", "history", "value_steps"),
 )
 
 

@@ -13,14 +13,12 @@ import numpy as np
 from walker_sim import _core
 from walker_sim.commands.policies import Policies, has_policy, make_policies, policies_of
 from walker_sim.commands.recording import arrays_of
-from walker_sim.commands.session import Session, text_of_end
+from walker_sim.commands.session import Playback, Session
 from walker_sim.web.panel import Panel
 from walker_sim.web.scene import Scene
 from walker_sim.window import Pace
 from walker_sim.worlds import World
 
-END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
-POLL_INTERVAL = 0.01  # [s of wall time]
 PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
 DRAG = 0.1
 """Push for each step and metre of drag, as a multiple of a key's push."""
@@ -28,7 +26,7 @@ MAX_DRAG = 20.0  # [m]
 MAX_POLICY = 64 << 20  # size of a policy's file [bytes]
 
 
-class Page:
+class Page(Playback):
     """Connects session, view, panel and clock.
 
     `options` are those of `play`, `parameters` the environment's. `policy` is the name of the
@@ -45,9 +43,8 @@ class Page:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         walkers = session.walkers
-        self.session, self._pace, self._now, self._server = session, pace, now, server
-        self.is_paused = False
-        self._options, self._parameters = options, parameters
+        super().__init__(session, pace, now)
+        self._server, self._options, self._parameters = server, options, parameters
         self._specification = walkers.specification
         env_id = self._specification["id"]
         self._walkers = walkers.pool("--web")
@@ -62,69 +59,35 @@ class Page:
         for mesh in self._scene.trunk:
             mesh.on_drag(self._take_drag)
         self._num_browsers = 0
-        self._shown_panel_at = self._ended_at = 0.0
+        self._shown_panel_at = 0.0
         self._begin(lambda: None)
 
     def run(self) -> None:
         while True:
             self.advance()
-            is_running = not self.is_paused and not self.session.episode.end
-            time.sleep(min(POLL_INTERVAL, self._pace.time_left()) if is_running else POLL_INTERVAL)
+            self.sleep()
 
     def advance(self) -> None:
         """Does what browsers have asked for, and steps if a step is due. If that fails, the page
         says so and pauses."""
         self._panel.handle()
+        num_browsers = len(self._server.get_clients())
         try:
-            self._advance()
+            if num_browsers > self._num_browsers:
+                self._show()
+            super().advance()
+            if self._now() >= self._shown_panel_at + PANEL_INTERVAL:
+                self._show_panel()
         except Exception as error:
             self.is_paused = True
             self._drag = np.zeros(2)
             self._panel.tell_all(error)
-
-    def _advance(self) -> None:
-        num_browsers = len(self._server.get_clients())
-        if num_browsers > self._num_browsers:
-            self._show()
         self._num_browsers = num_browsers
-        if not self.is_paused:
-            if self.session.episode.end:
-                if self._now() >= self._ended_at + END_SHOWN:
-                    self.begin_next()
-            elif self._pace.time_left() == 0:
-                self._step()
-        if self._now() >= self._shown_panel_at + PANEL_INTERVAL:
-            self._show_panel()
 
-    # What the panel asks for.
-
-    def pause(self) -> None:
-        self.is_paused = not self.is_paused
-        self._pace.begin()
-
-    def step_once(self) -> None:
-        self.is_paused = True
-        if not self.session.episode.end:
-            self._step()
-            self._show()
-
-    def repeat(self) -> None:
-        self._begin(self.session.begin)
-
-    def begin_next(self) -> None:
-        self._begin(self.session.begin_next)
+    # What the panel asks for, beside what every playback does.
 
     def begin(self, seed: int) -> None:
         self._begin(lambda: self.session.begin(seed))
-
-    @property
-    def speed(self) -> float:
-        """Simulation time per wall time."""
-        return self._pace.speed
-
-    def set_speed(self, speed: float) -> None:
-        self._pace.speed = speed
-        self._pace.begin()
 
     def set_world(self, world: World) -> None:
         self.session.set_world(world)
@@ -168,27 +131,21 @@ class Page:
         self._drag = np.clip(way, -MAX_DRAG, MAX_DRAG) if is_held else np.zeros(2)
 
     def _begin(self, begin: Callable[[], None]) -> None:
-        begin()
-        self._acting = self.policy  # of this episode
-        self._pace.begin()
-        self._returns: dict[int, float] = {}
-        self._angles: dict[int, list[float]] = {}
-        self._scene.begin(self._walkers.capture(0).scene_drawings())
-        self._floor_center: float | None = None
-        self._show()
+        def begin_picture() -> None:
+            begin()
+            self._acting = self.policy  # of this episode
+            self._returns: dict[int, float] = {}
+            self._angles: dict[int, list[float]] = {}
+            self._scene.begin(self._walkers.capture(0).scene_drawings())
+            self._floor_center: float | None = None
+
+        super()._begin(begin_picture)
         self._show_panel()
 
     def _step(self) -> None:
         if self._drag.any():
             self.session.push(DRAG * self._drag)
-        self.session.step()
-        episode = self.session.episode
-        is_due = self._pace.is_picture_due()
-        if episode.end:
-            self._ended_at = self._now()
-            print(text_of_end(episode), flush=True)
-        if is_due or episode.end:
-            self._show()
+        super()._step()
 
     def _show(self) -> None:
         """Shows the present state, if there is one and anybody to see it."""

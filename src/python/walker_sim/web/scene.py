@@ -8,12 +8,9 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-SKY = (0.84, 0.89, 1.0)
-PATH_COLOR, PATH_WIDTH = (0.1, 0.25, 0.75), 0.03  # [m]
-PATH_SPACING, MAX_PATH = 0.1, 400
-"""Minimum distance between points of the trunk's path [m], and their number; older ones are
-dropped. They are those of rviz's path."""
+from walker_sim import _core
 
+SKY = (0.84, 0.89, 1.0)
 SLOWNESS = 0.02
 """Share of the height difference to the trunk that the view makes up in each picture."""
 
@@ -31,7 +28,7 @@ class Scene:
     def __init__(self, server: Any, links: Sequence[Mapping[str, Any]]) -> None:
         self._server, self._scene = server, server.scene
         self._handles: dict[str, Any] = {}
-        self._path: list[NDArray[np.float64]] = []
+        self._path = _core.Path()
         self._height: float | None = None  # that the view follows [m]
         self._scene.set_up_direction("+z")
         self._scene.set_background_image(np.full((1, 1, 3), to_bytes(SKY), np.uint8))
@@ -90,9 +87,8 @@ class Scene:
                 else:  # the library moves a frame sooner than it changes what is in it
                     moved = {**drawing, "points": drawing["points"] - trunk}
                     self._draw(moved, "/world/beside")
-            if not self._path or np.linalg.norm(trunk - self._path[-1]) >= PATH_SPACING:
-                self._path = [*self._path[-MAX_PATH + 1 :], trunk.copy()]
-                self._draw(path_drawing(self._path))
+            if self._path.add(trunk.tolist()):
+                self._draw(self._path.drawing())
 
     def _place_camera(self, size: float) -> None:
         """Places the camera of browsers to come, for a walker whose legs have this length [m]."""
@@ -149,18 +145,6 @@ def to_glb(points: NDArray[np.float32], colors: NDArray[np.uint8]) -> bytes:
 
     content: bytes = trimesh.exchange.gltf.export_glb(trimesh.Scene(mesh), tree_postprocessor=unlit)
     return content
-
-
-def path_drawing(points: Sequence[NDArray[np.float64]]) -> Drawing:
-    """Returns the trunk's path, which is nothing before its second point."""
-    return {
-        "name": "path",
-        "kind": "line_strip",
-        "size": PATH_WIDTH,
-        "color": (*PATH_COLOR, 1.0),
-        "points": np.array(points if len(points) > 1 else [], np.float32).reshape(-1, 3),
-        "colors": None,
-    }
 
 
 def to_bytes(color: Sequence[float]) -> tuple[int, ...]:
