@@ -23,9 +23,9 @@ class Failure(AssertionError):
     """A process or a measurement has failed; the text is the reason."""
 
 
-def wait_for(condition, what, timeout=TIMEOUT, process=None):
-    """Returns the first true value. Raises Failure after the timeout, or if the process ends; its
-    text has the process's output."""
+def wait_for(condition, what, timeout=TIMEOUT, process=None, interval=0.005):
+    """Returns the first true value, looking every `interval` seconds. Raises Failure after the
+    timeout, or if the process ends; its text has the process's output."""
     deadline = time.monotonic() + timeout
     while True:
         value = condition()
@@ -36,7 +36,7 @@ def wait_for(condition, what, timeout=TIMEOUT, process=None):
             reason = "the end of its process" if has_ended else f"{timeout} s"
             output = "" if process is None else f"; its output:\n{process.output()}"
             raise Failure(f"still waiting for {what} after {reason}{output}")
-        time.sleep(0.005)
+        time.sleep(interval)
 
 
 def free_port():

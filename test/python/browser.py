@@ -1,6 +1,7 @@
 """A headless Chromium, steered by its own protocol: https://chromedevtools.github.io/devtools-protocol."""
 
 import base64
+import functools
 import io
 import itertools
 import json
@@ -10,8 +11,12 @@ import time
 import urllib.request
 
 import numpy as np
+import processes
 from PIL import Image
 from websockets.sync.client import connect
+
+# A browser without a GPU is slow, and each look at a page takes its time.
+wait_for = functools.partial(processes.wait_for, timeout=120, interval=0.1)
 
 SIZE = 1280, 800  # of the page [pixels]
 OPTIONS = [
@@ -161,14 +166,3 @@ class Browser:
 
     def type(self, text):
         self.call("Input.insertText", text=text)
-
-
-def wait_for(condition, what, seconds=120):
-    """Returns the first true value of a function; fails after some time."""
-    end = time.monotonic() + seconds
-    while True:
-        value = condition()
-        if value:
-            return value
-        assert time.monotonic() < end, f"no {what} after {seconds} s"
-        time.sleep(0.1)
