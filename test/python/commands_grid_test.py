@@ -141,9 +141,9 @@ def test_the_worst_episodes_repeat(command, evaluate, pygame, monkeypatch, walke
     assert len(words) == 3
 
     def run(viewer):
-        while not viewer.session.end:
+        while not viewer.session.episode.end:
             viewer.session.step()
-        played.append(viewer.session.episode_return)
+        played.append(viewer.session.episode.episode_return)
 
     monkeypatch.setattr(play.Viewer, "run", run)
     played, evaluated = [], []

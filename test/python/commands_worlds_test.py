@@ -98,7 +98,7 @@ def test_play_prints_what_was_drawn(command, pygame, monkeypatch):
     from walker_sim.commands.play import Viewer
 
     def run(viewer):
-        while not viewer.session.end:
+        while not viewer.session.episode.end:
             viewer._step()
 
     monkeypatch.setattr(Viewer, "run", run)

@@ -262,9 +262,10 @@ def _fields(grid: Grid | None, one: WorldResult) -> dict[str, Any]:
 
 
 def _outcome(episode: PlayedEpisode) -> dict[str, Any]:
-    outcome = dataclasses.asdict(episode)
-    for name in ("order", "observation_sums", "observation_squares", "steps"):
-        outcome.pop(name, None)  # steps: of a RecordedEpisode
+    # Not asdict, which would give what a RecordedEpisode has besides.
+    outcome = {each.name: getattr(episode, each.name) for each in dataclasses.fields(PlayedEpisode)}
+    for name in ("order", "observation_sums", "observation_squares"):
+        del outcome[name]
     if not episode.world:
         del outcome["world"]
     outcome["return"] = outcome.pop("episode_return")
