@@ -18,7 +18,7 @@ if(WALKER_SIM_ROS)
       LIBRARY DESTINATION ${CATKIN_PACKAGE_PYTHON_DESTINATION}
       RUNTIME DESTINATION ${CATKIN_GLOBAL_BIN_DESTINATION})
   endif()
-  catkin_install_python(PROGRAMS src/nodes/doctor src/nodes/view.py
+  catkin_install_python(PROGRAMS src/nodes/doctor src/nodes/page src/nodes/view.py
     DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
   install(DIRECTORY include/${PROJECT_NAME}/ DESTINATION ${CATKIN_PACKAGE_INCLUDE_DESTINATION})
   install(DIRECTORY assets config launch urdf DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})

@@ -174,6 +174,10 @@ set_up_venv() {
   echo "$wanted" >"$dir/ready.new" && mv "$dir/ready.new" "$dir/ready"
 }
 
+# set_up_page: makes the virtual environment of the page in the browser.
+page_venv=$build/.page
+set_up_page() { set_up_venv "page" "$page_venv" "$root/scripts/page_requirements.txt"; }
+
 # example_venv LEARNER: prints the virtual environment of an example or of the benchmark's learner.
 example_venv() { echo "$build/.examples/$1"; }
 

@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 DEVEL = pathlib.Path(os.environ["CMAKE_PREFIX_PATH"].split(":")[0])
 PROGRAMS = DEVEL / "lib" / "walker_sim"
 NODES = sorted(path.stem for path in (ROOT / "src" / "nodes").glob("*.cpp"))
-NAMES = [*NODES, "doctor", "view.py"]
+NAMES = [*NODES, "doctor", "page", "view.py"]
 
 
 def output_of(*command):

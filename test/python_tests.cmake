@@ -32,7 +32,7 @@ set(slow_suites bench/bench_test python/promises_test python/promises_ros_test r
 set(other_suites python/curriculum_test python/history_test python/minari_test python/normalization_test
   python/onnx_reader_test python/onnx_test python/readme_wheel_test python/rosnodejs_test python/sb3_make_vec_env_test
   python/sb3_models_test python/sb3_promises_test python/sb3_test python/sb3_worlds_test python/torch_test
-  python/train_test python/web_server_test python/web_test python/wheel_test)
+  python/train_test python/web_ros_test python/web_server_test python/web_test python/wheel_test)
 
 add_library(walker_sim_c_interface MODULE EXCLUDE_FROM_ALL test/c_interface.cpp)
 target_include_directories(walker_sim_c_interface PRIVATE test)

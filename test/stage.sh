@@ -128,6 +128,10 @@ run_example() {
   over_ros "$build/.examples/ros_home" "$(example_venv "$1")/bin/python" "${pytest[@]}" "$2"
 }
 
+run_page() {
+  over_ros "$build/.page/ros_home" "$page_venv/bin/python" "${pytest[@]}" "$1"
+}
+
 # Fetches the source package of the installed release, verified by the hashes of the same lock file.
 fetch_sb3_sources() {
   local folder=$1 requirement
@@ -217,6 +221,8 @@ case $1 in
   wheel_readme) run_wheel_readme "$2" ;;        # PYTHON: runs README's examples without ROS with the wheel
   example_venv) set_up_example "$2" ;;          # LEARNER: makes the virtual environment of an example
   example) run_example "${@:2}" ;;              # LEARNER FILE: runs a suite in it
+  page_venv) set_up_page ;;                     # makes the virtual environment of the page
+  page) run_page "$2" ;;                        # FILE: runs a suite in it
   sb3_suite) run_sb3_suite ;;                   # runs Stable-Baselines3's tests with this package
   rosnodejs_modules) set_up_rosnodejs ;;        # installs the client's modules (test/python/rosnodejs) with npm
   rosnodejs) run_rosnodejs "$2" ;;              # FILE: runs a suite that uses the client

@@ -113,7 +113,15 @@ if(is_debian_12)
     python/sb3_make_vec_env python/sb3_models python/sb3_promises python/sb3_worlds python/train
     examples/sb3_ppo)
   walker_sim_add_examples(torch long python/torch)
-  walker_sim_add_examples(web long python/web python/web_server)
+endif()
+
+# Chromium without a display.
+if(is_debian_12)
+  walker_sim_add_stage(page_set_up long MAKES page COMMAND ${stage} page_venv)
+  foreach(suite web web_ros web_server)
+    walker_sim_add_stage(python_${suite}_test long NEEDS page
+      COMMAND ${stage} page ${CMAKE_CURRENT_SOURCE_DIR}/test/python/${suite}_test.py)
+  endforeach()
 endif()
 
 # Suites and clients of other projects; docs/compatibility.md lists the results.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs README's first command, including the set-up on a new machine. Passes if the walker arrives and
-# Ctrl-C ends everything.
+# Runs README's first command, including the set-up on a new machine. Passes if the walker arrives, there
+# is a page, and Ctrl-C ends everything.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mkdir -p build/log
@@ -36,5 +36,6 @@ if has_ended; then
   exit 1
 fi
 grep -E '^BipedalWalker-v3 ' "$log" | tail -n 3
+grep -qE '^page of /walker_sim: http://127\.0\.0\.1:[0-9]+/\?token=' "$log"
 kill -INT -- "-$walker"
 within 60 has_ended

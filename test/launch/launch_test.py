@@ -285,6 +285,13 @@ class LaunchTest(unittest.TestCase):
             self.assertNotIn("/rviz", Launch(argument, display=":9").types(), argument)
         self.assertIn("/rviz", Launch("rviz:=true").types())
 
+    def test_a_page_if_asked_for(self):
+        self.assertNotIn("/page", Launch().types())
+        launch = Launch("web:=true", "web_host:=0.0.0.0", "web_port:=8090", "ns:=second")
+        self.assertEqual(launch.types()["/second/page"], "page")
+        found = [launch.parameters["/second/page/" + name] for name in ("host", "port")]
+        self.assertEqual(found, ["0.0.0.0", 8090])
+
     def test_required_and_respawn(self):
         server = Launch().nodes["/walker_sim"]
         self.assertEqual(

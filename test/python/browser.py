@@ -130,6 +130,17 @@ class Browser:
             }})()"""
         )
 
+    def open(self, folder, label):
+        """Opens a folder with a field of this label. The page may still move what is clicked."""
+
+        def is_open():
+            if not self._select(label):
+                self.click(folder)
+                time.sleep(1)
+            return self._select(label)
+
+        wait_for(is_open, f"the folder {folder!r}")
+
     def choose(self, label, option):
         """Chooses from the list beside a label."""
         self.fill(label, "")

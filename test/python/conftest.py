@@ -118,6 +118,25 @@ def figures(monkeypatch):
     return made
 
 
+@pytest.fixture
+def browse(tmp_path):
+    """Opens an address in a browser, and waits until the page has its panel."""
+    from browser import Browser, wait_for
+
+    browsers = []
+
+    def start(address):
+        folder = tmp_path / f"browser{len(browsers)}"
+        folder.mkdir()
+        browsers.append(Browser(folder, address))
+        wait_for(lambda: "return" in browsers[-1].text(), "the panel")
+        return browsers[-1]
+
+    yield start
+    for each in browsers:
+        each.close()
+
+
 class Clock:
     time = 100.0
 

@@ -15,14 +15,11 @@ from walker_sim.commands.policies import Policies, has_policy, make_policies, po
 from walker_sim.commands.recording import arrays_of
 from walker_sim.commands.session import Playback, Session
 from walker_sim.web.panel import Panel
-from walker_sim.web.scene import Scene
+from walker_sim.web.scene import Drag, Scene
 from walker_sim.window import Pace
 from walker_sim.worlds import World
 
 PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
-DRAG = 0.1
-"""Push for each step and metre of drag, as a multiple of a key's push."""
-MAX_DRAG = 20.0  # [m]
 MAX_POLICY = 64 << 20  # size of a policy's file [bytes]
 
 
@@ -52,12 +49,12 @@ class Page(Playback):
         self._known: dict[str, Policies] = {self.policy: session.policies}
         self._scene = Scene(server, _core.link_shapes(env_id, parameters))
         joints = self._specification["joint_names"]
-        self._panel = Panel(server, env_id, joints, self, policies_for(env_id, self.policy))
+        self._panel = Panel(server, env_id, joints, self)
+        self._panel.add_policies(self, policies_for(env_id, self.policy))
         self._panel.show_speed(pace.speed)
         self._panel.show_world(walkers.worlds()[0])
-        self._drag = np.zeros(2)  # from the grabbed point to the pointer, along x and z [m]
-        for mesh in self._scene.trunk:
-            mesh.on_drag(self._take_drag)
+        self._drag = Drag(self._scene.trunk)
+        self._path = _core.Path()
         self._num_browsers = 0
         self._shown_panel_at = 0.0
         self._begin(lambda: None)
@@ -80,7 +77,7 @@ class Page(Playback):
                 self._show_panel()
         except Exception as error:
             self.is_paused = True
-            self._drag = np.zeros(2)
+            self._drag.way = np.zeros(2)
             self._panel.tell_all(error)
         self._num_browsers = num_browsers
 
@@ -125,17 +122,13 @@ class Page(Playback):
         np.savez_compressed(content, **arrays_of([episode], self._specification, options))
         return f"{self._specification['id']}_seed{episode.seed}.npz", content.getvalue()
 
-    async def _take_drag(self, event: Any) -> None:
-        way = np.subtract(event.end_position, event.start_position)[[0, 2]]
-        is_held = event.phase != "end" and bool(np.isfinite(way).all())
-        self._drag = np.clip(way, -MAX_DRAG, MAX_DRAG) if is_held else np.zeros(2)
-
     def _begin(self, begin: Callable[[], None]) -> None:
         def begin_picture() -> None:
             begin()
             self._acting = self.policy  # of this episode
             self._returns: dict[int, float] = {}
             self._angles: dict[int, list[float]] = {}
+            self._path.clear()
             self._scene.begin(self._walkers.capture(0).scene_drawings())
             self._floor_center: float | None = None
 
@@ -143,8 +136,8 @@ class Page(Playback):
         self._show_panel()
 
     def _step(self) -> None:
-        if self._drag.any():
-            self.session.push(DRAG * self._drag)
+        if self._drag.way.any():
+            self.session.push(self._drag.push())
         super()._step()
 
     def _show(self) -> None:
@@ -162,6 +155,8 @@ class Page(Playback):
         if center is not None and center != self._floor_center:
             drawings.append(captured.floor_drawing(center))
         self._floor_center = center
+        if self._path.add(captured.link_poses[0, :3].tolist()):
+            drawings.append(self._path.drawing())
         self._scene.show(captured.link_poses, drawings)
 
     def _show_panel(self) -> None:

@@ -38,7 +38,7 @@ PUSHES = {"up": ("I", 0, 1), "left": ("J", -1, 0), "down": ("K", 0, -1), "right"
 
 class Walker(Protocol):
     """What the panel asks of the walker that it steers. Each may raise an error, which is shown to
-    the browser that has asked. `policy` is that of the episodes to come."""
+    the browser that has asked."""
 
     def pause(self) -> None: ...
     def step_once(self) -> None: ...
@@ -47,12 +47,17 @@ class Walker(Protocol):
     def begin(self, seed: int) -> None: ...
     def set_speed(self, speed: float) -> None: ...
     def set_world(self, world: World) -> None: ...
+    def push(self, way: Sequence[float]) -> None: ...
+    def save(self) -> tuple[str, bytes]: ...
+
+
+class Chooser(Protocol):
+    """What chooses the policy of the episodes to come, with errors as those of `Walker`."""
+
     def set_policy(self, name: str) -> None: ...
     def load_policy(self, name: str, content: bytes) -> None: ...
     @property
     def policy(self) -> str: ...
-    def push(self, way: Sequence[float]) -> None: ...
-    def save(self) -> tuple[str, bytes]: ...
 
 
 class Panel:
@@ -62,11 +67,8 @@ class Panel:
     browser may send any value for an element, so each is checked here.
     """
 
-    def __init__(
-        self, server: Any, env_id: str, joints: Sequence[str], walker: Walker, policies: list[str]
-    ) -> None:
+    def __init__(self, server: Any, env_id: str, joints: Sequence[str], walker: Walker) -> None:
         self._server, self._env_id, self._walker = server, env_id, walker
-        self._policies = policies
         self._world: World = {}
         self._plotted: tuple[int, ...] = ()
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Any]] = queue.SimpleQueue()
@@ -74,9 +76,28 @@ class Panel:
         server.gui.main_panel.dock_right()
         self._status = server.gui.add_markdown("")
         self._add_buttons()
-        self._add_policies()
+        self._choosing = server.gui.add_folder("Policy", visible=False)
         self._add_worlds()
         self._add_plots(joints)
+
+    def add_policies(self, chooser: Chooser, policies: list[str]) -> None:
+        """Adds the choice of a policy: one of these names, or a file."""
+        gui, self._policies = self._server.gui, policies
+        self._choosing.visible = True
+        with self._choosing:
+            self._policy = gui.add_dropdown(
+                "Policy", policies, hint="acts from the next episode on"
+            )
+            file = gui.add_upload_button("Policy from a file", mime_type=".safetensors")
+
+        def choose(name: str) -> None:
+            try:
+                chooser.set_policy(one_of(name, self._policies))
+            finally:
+                self._policy.value = chooser.policy
+
+        self._policy.on_update(self._on(choose))
+        file.on_upload(self._on(chooser.load_policy, "name", "content"))
 
     def handle(self) -> None:
         """Does what browsers have asked for. An error is shown to the one that has asked."""
@@ -97,7 +118,11 @@ class Panel:
             self._status.content = text
 
     def show_speed(self, speed: float) -> None:
-        self._speed.value = next(text for text in SPEEDS if to_speed(text) >= min(speed, 16))
+        text = next((each for each in self._speed.options if to_speed(each) == speed), f"{speed:g}")
+        if text not in self._speed.options:
+            self._speed.options = (*self._speed.options, text)
+        if self._speed.value != text:
+            self._speed.value = text
 
     def show_policy(self, name: str) -> None:
         """Shows the policy of the episodes to come."""
@@ -160,7 +185,7 @@ class Panel:
         begin.on_click(self._on(lambda _: walker.begin(to_seed(seed.value))))
         self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
         self._speed.on_update(
-            self._on(lambda text: walker.set_speed(to_speed(one_of(text, SPEEDS))))
+            self._on(lambda text: walker.set_speed(to_speed(one_of(text, self._speed.options))))
         )
         save = gui.add_button("Save episode", hint="a file that `record --check` repeats")
 
@@ -174,22 +199,6 @@ class Panel:
     def _add_key(self, label: str, key: str, action: Callable[[], Any]) -> None:
         command = self._server.gui.add_command(label, hotkey=key)
         command.on_trigger(self._on(lambda _: action()))
-
-    def _add_policies(self) -> None:
-        gui, walker = self._server.gui, self._walker
-        self._policy = gui.add_dropdown(
-            "Policy", self._policies, hint="acts from the next episode on"
-        )
-
-        def choose(name: str) -> None:
-            try:
-                walker.set_policy(one_of(name, self._policies))
-            finally:
-                self._policy.value = walker.policy
-
-        self._policy.on_update(self._on(choose))
-        file = gui.add_upload_button("Policy from a file", mime_type=".safetensors")
-        file.on_upload(self._on(walker.load_policy, "name", "content"))
 
     def _add_worlds(self) -> None:
         gui, env_id = self._server.gui, self._env_id

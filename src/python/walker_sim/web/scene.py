@@ -8,11 +8,13 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from walker_sim import _core
-
 SKY = (0.84, 0.89, 1.0)
 SLOWNESS = 0.02
 """Share of the height difference to the trunk that the view makes up in each picture."""
+
+PUSH_PER_METRE = 0.1
+"""Push for each step and metre of a drag, as a multiple of a key's push."""
+MAX_DRAG = 20.0  # [m]
 
 Drawing = Mapping[str, Any]
 """Coloured triangles, lines, spheres or a text, as `StateCapture` returns them."""
@@ -28,7 +30,6 @@ class Scene:
     def __init__(self, server: Any, links: Sequence[Mapping[str, Any]]) -> None:
         self._server, self._scene = server, server.scene
         self._handles: dict[str, Any] = {}
-        self._path = _core.Path()
         self._height: float | None = None  # that the view follows [m]
         self._scene.set_up_direction("+z")
         self._scene.set_background_image(np.full((1, 1, 3), to_bytes(SKY), np.uint8))
@@ -57,7 +58,6 @@ class Scene:
 
     def begin(self, drawings: Sequence[Drawing]) -> None:
         """Shows the surroundings of a new episode, without a path."""
-        self._path.clear()
         self._height = None
         with self._server.atomic():
             for handle in self._handles.values():
@@ -82,13 +82,11 @@ class Scene:
                 frame.position, frame.wxyz = pose[:3], pose[3:]
             self._beside.position = trunk
             for drawing in drawings:
-                if drawing["kind"] == "triangles":
+                if drawing["kind"] in ("triangles", "line_strip"):  # floor and path
                     self._draw(drawing)
                 else:  # the library moves a frame sooner than it changes what is in it
                     moved = {**drawing, "points": drawing["points"] - trunk}
                     self._draw(moved, "/world/beside")
-            if self._path.add(trunk.tolist()):
-                self._draw(self._path.drawing())
 
     def _place_camera(self, size: float) -> None:
         """Places the camera of browsers to come, for a walker whose legs have this length [m]."""
@@ -125,6 +123,24 @@ class Scene:
             else:
                 handle.points, handle.colors = segments, shades
         self._handles[name] = handle
+
+
+class Drag:
+    """A drag of meshes. `way` leads from the grabbed point to the pointer, along x and z [m]."""
+
+    def __init__(self, meshes: Sequence[Any]) -> None:
+        self.way: NDArray[np.float64] = np.zeros(2)
+        for mesh in meshes:
+            mesh.on_drag(self.take)
+
+    async def take(self, event: Any) -> None:
+        way = np.subtract(event.end_position, event.start_position)[[0, 2]]
+        is_held = event.phase != "end" and bool(np.isfinite(way).all())
+        self.way = np.clip(way, -MAX_DRAG, MAX_DRAG) if is_held else np.zeros(2)
+
+    def push(self) -> NDArray[np.float64]:
+        """Returns the push for one step, along x and z, 1 for a key's."""
+        return PUSH_PER_METRE * self.way
 
 
 def to_glb(points: NDArray[np.float32], colors: NDArray[np.uint8]) -> bytes:
