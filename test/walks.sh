@@ -29,13 +29,15 @@ has_ended() { ! kill -0 "$walker" 2>/dev/null; }
 # Matches `BipedalWalker-v3  time  14.04 s ... return  +301.7`.
 has_arrived() { has_ended || grep -qE '^BipedalWalker-v3 .* return +\+(29[0-9]|3[0-9][0-9])' "$log"; }
 
+has_page() { has_ended || grep -qE '^page of /walker_sim: http://127\.0\.0\.1:[0-9]+/\?token=' "$log"; }
+
 within 3600 has_arrived
+within 60 has_page
 if has_ended; then
   tail -n 40 "$log"
   echo "walks: ./scripts/run ended by itself"
   exit 1
 fi
 grep -E '^BipedalWalker-v3 ' "$log" | tail -n 3
-grep -qE '^page of /walker_sim: http://127\.0\.0\.1:[0-9]+/\?token=' "$log"
 kill -INT -- "-$walker"
 within 60 has_ended
