@@ -7,7 +7,7 @@ mkdir -p build/log
 log=$PWD/build/log/walks.log
 # A free port, because other tests may run on the same machine.
 port=$(PYTHONPATH=$PWD/test python3 -c 'from processes import free_port; print(free_port())' 2>/dev/null || echo 11311)
-ROS_MASTER_URI=http://localhost:$port setsid ./scripts/run >"$log" 2>&1 </dev/null &
+ROS_MASTER_URI=http://localhost:$port env -u DISPLAY setsid ./scripts/run >"$log" 2>&1 </dev/null &
 walker=$!
 trap 'kill -INT -- "-$walker" 2>/dev/null || true' EXIT
 

@@ -11,7 +11,7 @@ import pytest
 import rospy
 from browser import wait_for
 from processes import LoggedProcess
-from walker_sim.srv import GetSpec, Reset, SetWorld, Snapshot, Step
+from walker_sim.srv import GetSpec, Reset, ResetBatch, SetWorld, Snapshot, Step
 from walker_sim.web.over_ros import ServerPage, to_message, to_world
 from walker_sim.web.server import LOOPBACK
 from walker_sim.web.server import serve as serve_page
@@ -25,14 +25,18 @@ class Shown:
         self.server = server
         self.web, self.address = serve_page(server, LOOPBACK)
         self.page = ServerPage(self.web, server)
-        self._is_over = False
+        self._is_over, self._errors = False, []
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
     def _run(self):
-        while not self._is_over:
-            self.page.advance()
-            time.sleep(0.01)
+        try:
+            while not self._is_over:
+                self.page.advance()
+                time.sleep(0.01)
+        except BaseException as error:
+            self._errors.append(error)
+            raise
 
     def call(self, name, service, **fields):
         answer = rospy.ServiceProxy(f"{self.server}/{name}", service)(**fields)
@@ -49,6 +53,7 @@ class Shown:
         self._is_over = True
         self._thread.join()
         self.web.stop()
+        assert not self._errors
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +91,8 @@ def test_a_paused_server_is_stepped_pushed_and_saved(show, master, tmp_path):
     (push,) = shown.record().pushes
     force = shown.page._push_force
     assert push.link == 0 and [push.force_x, push.force_z] == pytest.approx([force, 0], abs=1e-6)
+    browser.evaluate("document.activeElement.blur()")
+    time.sleep(1)  # the last key may still be at work
     name, content = shown.page.save()
     file = tmp_path / name
     file.write_bytes(content)
@@ -125,17 +132,45 @@ def test_worlds_and_speed(show):
     browser.choose("Preset", "gymnasium")
     wait_for(lambda: not shown.world(), "Gymnasium's world")
     browser.choose("Speed", "4")
-    wait_for(lambda: shown.page._watch.wanted_factor == 4, "the speed")
+    wait_for(lambda: shown.page._monitor.wanted_factor == 4, "the speed")
+
+
+def test_frames_with_a_prefix_and_the_refusals_of_several_walkers(show):
+    shown, browser = show("Hopper-v5", num_envs="2", tf_prefix="far/left")
+    shown.call("reset_batch", ResetBatch)
+    wait_for(lambda: shown.page._buffer.trunk is not None, "a pose")
+    assert shown.page._buffer.prefix == "far/left"
+
+    def is_refused():
+        browser.click("next")  # again: the page may have moved it
+        time.sleep(1)
+        return "walker_sim/reset: " in browser.text() and "reset_batch" in browser.text()
+
+    wait_for(is_refused, "the refusal")
+
+
+def test_an_error_in_the_page_ends_nothing(show):
+    """viser lets a browser set any attribute of an element."""
+    shown, browser = show(mode="free", paused="true")
+    shown.page._panel._status._impl.removed = True
+    browser.click("step")
+    wait_for(lambda: any("removed" in each for each in shown.page._printed), "the error")
+    browser.click("step")
+    wait_for(lambda: shown.record().episode.length == 2, "the next step")
 
 
 def test_lock_step_shows_what_its_client_does_and_why_it_refuses(show):
     shown, browser = show("Walker2d-v5")
     shown.call("reset", Reset, has_seed=True, seed=5)
-    for _ in range(3):
-        shown.call("step", Step, action=[0.1] * 6)
-    wait_for(lambda: "step 3," in browser.text() and "seed 5" in browser.text(), "the steps")
-    wait_for(lambda: shown.page._received.trunk is not None, "a pose")
-    assert 1 < shown.page._received.trunk[2] < 1.5  # the torso's height
+
+    def is_shown():
+        length = shown.call("step", Step, action=[0.1] * 6).transition.step
+        time.sleep(1)
+        return f"step {length}," in browser.text() and "seed 5" in browser.text()
+
+    wait_for(is_shown, "a step")
+    wait_for(lambda: shown.page._buffer.trunk is not None, "a pose")
+    assert 1 < shown.page._buffer.trunk[2] < 1.5  # the torso's height
     browser.choose("Speed", "4")
     wait_for(lambda: "set_real_time_factor: " in browser.text(), "the refusal")
 
@@ -156,8 +191,8 @@ def test_the_node_shows_a_server_that_hangs_ends_and_starts_again(node, serve, b
             wait_for(lambda: refusal in browser.text(), "the refusal")
         process.kill()
         wait_for(lambda: f"no server {server}" in browser.text(), "the reason")
-        serve(mode="free", namespace="/lost")
-        wait_for(lambda: re.search(r"episode \d+, unseeded", browser.text()), "the new server")
+        serve(mode="free", namespace="/lost", seed="77", auto_reset="false")
+        wait_for(lambda: "episode 1, seed 77" in browser.text(), "the new server")
         assert page.end() == 0
 
 

@@ -109,6 +109,9 @@ def test_error_names_a_port_in_use_and_an_unknown_address():
         port = other.getsockname()[1]
         with pytest.raises(web.CannotServe, match=f"127.0.0.1, port {port}: cannot listen: "):
             web.serve("a walker", web.LOOPBACK, port)
+    for port in (-1, 65536, "8080"):
+        with pytest.raises(web.CannotServe, match=f"port = {port}: must be a whole number from 0"):
+            web.serve("a walker", web.LOOPBACK, port)
     with pytest.raises(web.CannotServe, match=r"no\.such\.host\.invalid: cannot listen: "):
         web.serve("a walker", "no.such.host.invalid")
 

@@ -258,7 +258,7 @@ def test_a_large_drag_is_bounded_and_a_senseless_one_ignored(show):
     for end, expected in ((1e9, 20.0), (float("nan"), 0.0)):
         event = SimpleNamespace(end_position=(end, 0, 0), start_position=(0, 0, 0), phase="update")
         asyncio.run(page._drag.take(event))
-        assert page._drag.way.tolist() == [expected, 0.0]
+        assert page._drag.offset.tolist() == [expected, 0.0]
 
 
 def test_the_view_is_the_recorded_one(show, browse):

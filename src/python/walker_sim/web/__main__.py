@@ -7,7 +7,7 @@ try:
 except ImportError as error:
     sys.exit(
         f"page: {sys.executable}, the first python3 on PATH, needs ROS and viser, pip install"
-        f' "walker_sim[web]": {error}'
+        f' "viser>=1.1,<2": {error}'
     )
 
 main()

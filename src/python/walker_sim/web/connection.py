@@ -1,4 +1,4 @@
-"""A server's topics and services, none of which can keep a page waiting for ever."""
+"""A server's services and topics, none of which can keep the page's loop waiting for ever."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from walker_sim.srv import GetSpec
 
-PATIENCE = 5.0  # with one call [s of wall time]
-LOOK_INTERVAL = 1.0  # between looks at the server [s of wall time]
+CALL_TIMEOUT = 5.0  # [s of wall time]
+POLL_INTERVAL = 1.0  # from one question for the specification to the next [s of wall time]
+
+
+class NoAnswer(RuntimeError):
+    """A server has not answered within CALL_TIMEOUT."""
 
 
 class Services:
@@ -24,11 +28,11 @@ class Services:
         self._call: threading.Thread | None = None
 
     def __call__(self, name: str, service: Any, **fields: Any) -> Any:
-        """Returns the answer. RuntimeError if there is none within PATIENCE, ValueError with the
-        server's reason if it refuses."""
+        """Returns the answer. ValueError with the server's reason if it refuses, NoAnswer if it
+        hangs, RuntimeError if there is none or the call fails."""
         path = f"{self.server}/{name}"
-        if self._call is not None and self._call.is_alive():  # of a server that hangs
-            raise RuntimeError(f"{path}: {self.server} has not answered the call before")
+        if self._call is not None and self._call.is_alive():
+            raise NoAnswer(f"{path}: {self.server} has not answered the call before")
         found: queue.SimpleQueue[Any] = queue.SimpleQueue()
 
         def call() -> None:
@@ -40,9 +44,9 @@ class Services:
         self._call = threading.Thread(target=call, daemon=True)
         self._call.start()
         try:
-            answer = found.get(timeout=PATIENCE)
+            answer = found.get(timeout=CALL_TIMEOUT)
         except queue.Empty:
-            raise RuntimeError(f"{path}: no answer within {PATIENCE:g} s") from None
+            raise NoAnswer(f"{path}: no answer within {CALL_TIMEOUT:g} s") from None
         self._call.join()
         if isinstance(answer, Exception):
             raise RuntimeError(f"{path}: {answer}") from answer
@@ -52,43 +56,50 @@ class Services:
         return answer
 
 
-class Watch:
-    """Asks the server for its specification every LOOK_INTERVAL, in a thread of its own, and reads
+class ServerMonitor:
+    """Asks the server for its specification every POLL_INTERVAL, in a thread of its own, and reads
     its diagnostics.
 
     `spec` is the latest answer, None before the first. `wanted_factor` is the real-time factor,
-    None if another node or the callers of ~step set the pace.
+    None if another node or the callers of ~step set the pace. `is_lost` is whether the last
+    question has failed; a server that hangs is not lost.
     """
 
     def __init__(self, server: str) -> None:
         self._services = Services(server)
+        self._lock = threading.Lock()
+        self._error, self._answered_at = "", time.monotonic()
         self.spec: Any = None
         self.is_paused = False
         self.wanted_factor: float | None = None
-        self._error, self._answered_at = "", time.monotonic()
-        self._lock = threading.Lock()
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._take, queue_size=10)
         threading.Thread(target=self._run, daemon=True).start()
 
-    def trouble(self) -> str:
+    @property
+    def is_lost(self) -> bool:
+        return bool(self._error)
+
+    def unavailable_reason(self) -> str:
         """Returns why the server cannot be called; empty if it can."""
-        if not self._error and time.monotonic() > self._answered_at + PATIENCE:
+        if not self._error and time.monotonic() > self._answered_at + CALL_TIMEOUT:
             return f"{self._services.server} does not answer"
         return self._error
 
-    def look(self) -> None:
-        """Gets the specification now: afterwards `spec` is no older than this call."""
+    def refresh(self) -> None:
+        """Gets the specification now: if the server answers, `spec` is no older than this call."""
         with self._lock:
             try:
                 self.spec = self._services("get_spec", GetSpec).spec
                 self._error, self._answered_at = "", time.monotonic()
+            except NoAnswer:
+                pass  # its time tells
             except RuntimeError as error:
                 self._error = f"no server {self._services.server} ({error})"
 
     def _run(self) -> None:
         while not rospy.is_shutdown():
-            self.look()
-            time.sleep(LOOK_INTERVAL)
+            self.refresh()
+            time.sleep(POLL_INTERVAL)
 
     def _take(self, message: Any) -> None:
         if message._connection_header.get("callerid") != self._services.server:
@@ -104,21 +115,33 @@ class Watch:
 
 class Subscriptions:
     """Topics of a namespace, from which messages come only between `begin` and `end`. Each has its
-    type, a function, and how many messages wait at most."""
+    type, a function, and how many messages wait at most.
+
+    A thread of its own subscribes: rospy waits for the master, however long it is gone.
+    """
 
     def __init__(
-        self, space: str, topics: dict[str, tuple[Any, Callable[[Any], None], int]]
+        self, namespace: str, topics: dict[str, tuple[Any, Callable[[Any], None], int]]
     ) -> None:
-        self._space, self._topics = space, topics
-        self._subscribers: list[rospy.Subscriber] = []
+        self._namespace, self._topics = namespace, topics
+        self._wishes: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        threading.Thread(target=self._run, daemon=True).start()
 
     def begin(self) -> None:
-        for name, (kind, take, size) in self._topics.items():
-            path = name if name.startswith("/") else f"{self._space}/{name}"
-            self._subscribers.append(
-                rospy.Subscriber(path, kind, take, queue_size=size, tcp_nodelay=True)
-            )
+        self._wishes.put(True)
 
     def end(self) -> None:
-        while self._subscribers:
-            self._subscribers.pop().unregister()
+        self._wishes.put(False)
+
+    def _run(self) -> None:
+        subscribers: list[rospy.Subscriber] = []
+        while True:
+            is_wanted = self._wishes.get()
+            while subscribers:
+                subscribers.pop().unregister()
+            if is_wanted:
+                subscribers = [self._subscribe(name, *each) for name, each in self._topics.items()]
+
+    def _subscribe(self, name: str, kind: Any, take: Callable[[Any], None], size: int) -> Any:
+        path = name if name.startswith("/") else f"{self._namespace}/{name}"
+        return rospy.Subscriber(path, kind, take, queue_size=size, tcp_nodelay=True)

@@ -77,7 +77,7 @@ class Page(Playback):
                 self._show_panel()
         except Exception as error:
             self.is_paused = True
-            self._drag.way = np.zeros(2)
+            self._drag.offset = np.zeros(2)
             self._panel.tell_all(error)
         self._num_browsers = num_browsers
 
@@ -127,7 +127,7 @@ class Page(Playback):
             begin()
             self._acting = self.policy  # of this episode
             self._returns: dict[int, float] = {}
-            self._angles: dict[int, list[float]] = {}
+            self._angles: dict[int, Sequence[float]] = {}
             self._path.clear()
             self._scene.begin(self._walkers.capture(0).scene_drawings())
             self._floor_center: float | None = None
@@ -136,7 +136,7 @@ class Page(Playback):
         self._show_panel()
 
     def _step(self) -> None:
-        if self._drag.way.any():
+        if self._drag.offset.any():
             self.session.push(self._drag.push())
         super()._step()
 

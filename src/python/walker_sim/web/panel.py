@@ -8,7 +8,7 @@ import math
 import queue
 import re
 import traceback
-from typing import Any, Callable, Iterable, Mapping, Protocol, Sequence
+from typing import Any, Callable, Iterable, Protocol, Sequence
 
 import numpy as np
 
@@ -67,8 +67,16 @@ class Panel:
     browser may send any value for an element, so each is checked here.
     """
 
-    def __init__(self, server: Any, env_id: str, joints: Sequence[str], walker: Walker) -> None:
-        self._server, self._env_id, self._walker = server, env_id, walker
+    def __init__(
+        self,
+        server: Any,
+        env_id: str,
+        joints: Sequence[str],
+        walker: Walker,
+        saved: str = "a file that `record --check` repeats",
+    ) -> None:
+        self._server, self._env_id, self._walker, self._saved = server, env_id, walker, saved
+        self._speeds = [*SPEEDS]
         self._world: World = {}
         self._plotted: tuple[int, ...] = ()
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Any]] = queue.SimpleQueue()
@@ -118,9 +126,10 @@ class Panel:
             self._status.content = text
 
     def show_speed(self, speed: float) -> None:
-        text = next((each for each in self._speed.options if to_speed(each) == speed), f"{speed:g}")
-        if text not in self._speed.options:
-            self._speed.options = (*self._speed.options, text)
+        text = next((each for each in self._speeds if to_speed(each) == speed), f"{speed:g}")
+        if text not in self._speeds:
+            self._speeds.append(text)
+            self._speed.options = self._speeds
         if self._speed.value != text:
             self._speed.value = text
 
@@ -141,12 +150,13 @@ class Panel:
             slider.value = min(max(value, slider.min), slider.max)
 
     def plot(
-        self, episode: int, returns: Mapping[int, float], angles: Mapping[int, Sequence[float]]
+        self, episode: int, returns: dict[int, float], angles: dict[int, Sequence[float]]
     ) -> None:
         """Shows the return [-] and the joints' angles [rad] after steps, by the step."""
-        if (episode, len(returns)) == self._plotted:
+        latest = episode, next(reversed(returns), -1)
+        if latest == self._plotted:
             return
-        self._plotted = episode, len(returns)
+        self._plotted = latest
         for plot, values in ((self._returns, returns), (self._angles, angles)):
             steps = np.array([*values][-PLOTTED:], float)
             columns = np.array([*values.values()][-PLOTTED:], float).reshape(len(steps), -1).T
@@ -185,9 +195,9 @@ class Panel:
         begin.on_click(self._on(lambda _: walker.begin(to_seed(seed.value))))
         self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
         self._speed.on_update(
-            self._on(lambda text: walker.set_speed(to_speed(one_of(text, self._speed.options))))
+            self._on(lambda text: walker.set_speed(to_speed(one_of(text, self._speeds))))
         )
-        save = gui.add_button("Save episode", hint="a file that `record --check` repeats")
+        save = gui.add_button("Save episode", hint=self._saved)
 
         async def download(event: Any) -> None:
             self._waiting.put(

@@ -126,21 +126,21 @@ class Scene:
 
 
 class Drag:
-    """A drag of meshes. `way` leads from the grabbed point to the pointer, along x and z [m]."""
+    """A drag of meshes. `offset` leads from the grabbed point to the pointer, along x and z [m]."""
 
     def __init__(self, meshes: Sequence[Any]) -> None:
-        self.way: NDArray[np.float64] = np.zeros(2)
+        self.offset: NDArray[np.float64] = np.zeros(2)
         for mesh in meshes:
             mesh.on_drag(self.take)
 
     async def take(self, event: Any) -> None:
-        way = np.subtract(event.end_position, event.start_position)[[0, 2]]
-        is_held = event.phase != "end" and bool(np.isfinite(way).all())
-        self.way = np.clip(way, -MAX_DRAG, MAX_DRAG) if is_held else np.zeros(2)
+        offset = np.subtract(event.end_position, event.start_position)[[0, 2]]
+        is_held = event.phase != "end" and bool(np.isfinite(offset).all())
+        self.offset = np.clip(offset, -MAX_DRAG, MAX_DRAG) if is_held else np.zeros(2)
 
     def push(self) -> NDArray[np.float64]:
         """Returns the push for one step, along x and z, 1 for a key's."""
-        return PUSH_PER_METRE * self.way
+        return PUSH_PER_METRE * self.offset
 
 
 def to_glb(points: NDArray[np.float32], colors: NDArray[np.uint8]) -> bytes:

@@ -14,6 +14,7 @@ from typing import Any, Callable
 from urllib.parse import parse_qs, urlsplit
 
 PORT = 8080
+MAX_PORT = 65535
 LOOPBACK = "127.0.0.1"
 
 
@@ -121,6 +122,8 @@ class Guard:
 
 def _check_free(host: str, port: int | None) -> None:
     """viser would take the next free port instead, and retry without end at a wrong address."""
+    if port is not None and not (isinstance(port, int) and 0 <= port <= MAX_PORT):
+        raise CannotServe(f"port = {port}: must be a whole number from 0 to {MAX_PORT}")
     try:
         for family, kind, _, _, address in socket.getaddrinfo(
             host, port or 0, type=socket.SOCK_STREAM
