@@ -31,7 +31,6 @@ from walker_sim.worlds import World
 
 PICTURE_INTERVAL = 0.02  # [s of wall time]
 PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
-MAX_PRINTED = 20  # errors, of which each is printed once
 ADDRESS_INTERVAL = 30.0  # between prints of the address [s of wall time]
 
 
@@ -48,7 +47,6 @@ class ServerPage:
         self._buffer: TopicBuffer | None = None
         self._refusal = ""  # why the robot cannot be drawn
         self._failure = ""  # the error that the status shows next
-        self._printed: set[str] = set()  # errors
         self._is_seen = False  # by a browser
         self._is_cleared = False  # since the server was lost
         self._shown_panel_at = 0.0
@@ -73,9 +71,7 @@ class ServerPage:
             self._advance()
         except Exception as error:
             self._failure = str(error)
-            if self._failure not in self._printed and len(self._printed) < MAX_PRINTED:
-                self._printed.add(self._failure)
-                traceback.print_exc()
+            rospy.logerr_throttle_identical(60, traceback.format_exc())
 
     def _advance(self) -> None:
         spec, monitor = self._monitor.spec, self._monitor
