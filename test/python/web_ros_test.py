@@ -131,7 +131,7 @@ def test_worlds_and_speed(show):
     wait_for(lambda: "{gravity: [-3.0, -2.0]}" in browser.text(), "the world of another client")
     browser.choose("Preset", "gymnasium")
     wait_for(lambda: not shown.world(), "Gymnasium's world")
-    browser.choose("Speed", "4")
+    browser.fill("Speed", "4")
     wait_for(lambda: shown.page._monitor.wanted_factor == 4, "the speed")
 
 
@@ -171,7 +171,7 @@ def test_lock_step_shows_what_its_client_does_and_why_it_refuses(show):
     wait_for(is_shown, "a step")
     wait_for(lambda: shown.page._buffer.trunk is not None, "a pose")
     assert 1 < shown.page._buffer.trunk[2] < 1.5  # the torso's height
-    browser.choose("Speed", "4")
+    browser.fill("Speed", "4")
     wait_for(lambda: "set_real_time_factor: " in browser.text(), "the refusal")
 
 

@@ -131,8 +131,12 @@ def test_seed_speed_policy_and_world(show, browse):
     browser.choose("Preset", "moon")
     wait_for(lambda: session.walkers.worlds()[0] == read_world("moon"), "the preset")
     wait_for(lambda: "{gravity: -1.62}" in browser.text(), "the preset's text")
-    browser.choose("Speed", "4")
+    browser.fill("Speed", "4")
     wait_for(lambda: shown.page.pace.speed == 4, "the speed")
+    browser.fill("Speed", "65")
+    refusal = "speed = 65: must be between 0.015625 and 64"
+    wait_for(lambda: refusal in browser.text(), "the refusal")
+    assert shown.page.pace.speed == 4
     browser.choose("Policy", "shipped")
 
     def walks():
@@ -214,8 +218,9 @@ def test_a_browser_cannot_name_modules_files_or_other_values(show, tmp_path):
         assert answer.endswith("must be one of shipped, robust, heuristic, random, zero")
     answer = client.send(panel._preset._impl.update_cb, str(secret))
     assert "must be one of gymnasium, " in answer and "a word" not in answer
-    for value in ("0", "1/0", "nan", ""):
-        assert "must be one of 1/16, " in client.send(panel._speed._impl.update_cb, value)
+    for value in (0, "nan", float("inf")):
+        assert "must be between 0.015625" in client.send(panel._speed._impl.update_cb, value)
+    assert "could not convert" in client.send(panel._speed._impl.update_cb, "1/2")
     assert (shown.page.policy, panel._policy.value) == ("shipped", "shipped")
     assert shown.session.walkers.worlds() == ({},)
 

@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from walker_sim.commands import options as common
 from walker_sim.commands.policies import POLICY_HELP, make_policies
-from walker_sim.commands.session import Playback, Session
+from walker_sim.commands.session import MAX_SPEED, MIN_SPEED, Playback, Session
 from walker_sim.rendering import Pictures, split_keywords
 from walker_sim.web.in_process import Page
 from walker_sim.web.server import LOOPBACK, CannotServe, serve
 from walker_sim.window import Pace, Screen, load_pygame
 
 EPISODES = 100
-MIN_SPEED, MAX_SPEED = 1 / 64, 64.0  # simulation time per wall time
 
 KEYS = """\
 Space            pause or continue

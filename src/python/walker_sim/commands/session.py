@@ -17,6 +17,7 @@ from walker_sim.window import Pace
 from walker_sim.worlds import World, text_of
 
 END_SHOWN = 1.5  # duration of an episode's last picture [s of wall time]
+MIN_SPEED, MAX_SPEED = 1 / 64, 64.0  # simulation time per wall time
 POLL_INTERVAL = 0.01  # between looks at what a person has asked for [s of wall time]
 
 
@@ -133,7 +134,9 @@ class Playback(ABC):
         self._begin(self.session.begin_next)
 
     def set_speed(self, speed: float) -> None:
-        """Sets the simulation time per wall time."""
+        """Sets the simulation time per wall time; ValueError outside MIN_SPEED to MAX_SPEED."""
+        if not MIN_SPEED <= speed <= MAX_SPEED:
+            raise ValueError(f"speed = {speed:g}: must be between {MIN_SPEED:g} and {MAX_SPEED:g}")
         self.pace.speed = speed
         self.pace.begin()
 

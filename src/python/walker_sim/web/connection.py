@@ -1,11 +1,11 @@
-"""A server's services and topics, none of which can keep the page's loop waiting for ever."""
+"""A server's services, none of which can keep the page's loop waiting for ever."""
 
 from __future__ import annotations
 
 import queue
 import threading
 import time
-from typing import Any, Callable
+from typing import Any
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -111,37 +111,3 @@ class ServerMonitor:
             elif status.name.endswith(": pace"):
                 wanted = values.get("real_time_factor_wanted", "-")
                 self.wanted_factor = None if wanted == "-" else float(wanted)
-
-
-class Subscriptions:
-    """Topics of a namespace, from which messages come only between `begin` and `end`. Each has its
-    type, a function, and how many messages wait at most.
-
-    A thread of its own subscribes: rospy waits for the master, however long it is gone.
-    """
-
-    def __init__(
-        self, namespace: str, topics: dict[str, tuple[Any, Callable[[Any], None], int]]
-    ) -> None:
-        self._namespace, self._topics = namespace, topics
-        self._wishes: queue.SimpleQueue[bool] = queue.SimpleQueue()
-        threading.Thread(target=self._run, daemon=True).start()
-
-    def begin(self) -> None:
-        self._wishes.put(True)
-
-    def end(self) -> None:
-        self._wishes.put(False)
-
-    def _run(self) -> None:
-        subscribers: list[rospy.Subscriber] = []
-        while True:
-            is_wanted = self._wishes.get()
-            while subscribers:
-                subscribers.pop().unregister()
-            if is_wanted:
-                subscribers = [self._subscribe(name, *each) for name, each in self._topics.items()]
-
-    def _subscribe(self, name: str, kind: Any, take: Callable[[Any], None], size: int) -> Any:
-        path = name if name.startswith("/") else f"{self._namespace}/{name}"
-        return rospy.Subscriber(path, kind, take, queue_size=size, tcp_nodelay=True)

@@ -51,7 +51,6 @@ class Page(Playback):
         joints = self._specification["joint_names"]
         self._panel = Panel(server, env_id, joints, self)
         self._panel.add_policies(self, policies_for(env_id, self.policy))
-        self._panel.show_speed(pace.speed)
         self._panel.show_world(walkers.worlds()[0])
         self._drag = Drag(self._scene.trunk)
         self._path = _core.Path()
@@ -161,6 +160,7 @@ class Page(Playback):
 
     def _show_panel(self) -> None:
         self._shown_panel_at = self._now()
+        self._panel.show_speed(self.pace.speed)
         episode = self.session.episode
         state = episode.end or ("paused" if self.is_paused else "")
         drawn = ", ".join(f"{name} {value:.3g}" for name, value in episode.world.items())

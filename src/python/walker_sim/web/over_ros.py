@@ -91,7 +91,7 @@ class ServerPage:
         is_seen = bool(self._web.get_clients())
         if is_seen != self._is_seen:  # markers cost the server time
             self._is_seen = is_seen
-            self._buffer.topics.begin() if is_seen else self._buffer.topics.end()
+            self._buffer.subscribe.put(is_seen)
         self._panel.handle()
         self._buffer.show(self._scene)
         self._push_by_drag(self._buffer)
@@ -101,7 +101,7 @@ class ServerPage:
 
     def _build(self, spec: Any) -> None:
         if self._buffer is not None:
-            self._buffer.topics.end()
+            self._buffer.subscribe.put(False)
         self._buffer, self._is_seen, self._refusal = None, False, ""
         self._web.gui.reset()
         self._web.scene.reset()

@@ -17,7 +17,6 @@ from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import PolicyFailed
 from walker_sim.worlds import World, to_world
 
-SPEEDS = ("1/16", "1/8", "1/4", "1/2", "1", "2", "4", "8", "16")
 USUAL_MAXIMUM = {
     "push_interval": 10.0,
     "range_noise": 1.0,
@@ -76,7 +75,6 @@ class Panel:
         saved: str = "a file that `record --check` repeats",
     ) -> None:
         self._server, self._env_id, self._walker, self._saved = server, env_id, walker, saved
-        self._speeds = [*SPEEDS]
         self._world: World = {}
         self._plotted: tuple[int, ...] = ()
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Any]] = queue.SimpleQueue()
@@ -126,12 +124,8 @@ class Panel:
             self._status.content = text
 
     def show_speed(self, speed: float) -> None:
-        text = next((each for each in self._speeds if to_speed(each) == speed), f"{speed:g}")
-        if text not in self._speeds:
-            self._speeds.append(text)
-            self._speed.options = self._speeds
-        if self._speed.value != text:
-            self._speed.value = text
+        if speed != self._speed.value:
+            self._speed.value = speed
 
     def show_policy(self, name: str) -> None:
         """Shows the policy of the episodes to come."""
@@ -193,10 +187,8 @@ class Panel:
         seed = gui.add_text("Seed", "0")
         begin = gui.add_button("Begin this seed's episode")
         begin.on_click(self._on(lambda _: walker.begin(to_seed(seed.value))))
-        self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="1")
-        self._speed.on_update(
-            self._on(lambda text: walker.set_speed(to_speed(one_of(text, self._speeds))))
-        )
+        self._speed = gui.add_number("Speed", 1.0, step=0.01, hint="simulation time over wall time")
+        self._speed.on_update(self._on(lambda speed: walker.set_speed(float(speed))))
         save = gui.add_button("Save episode", hint=self._saved)
 
         async def download(event: Any) -> None:
@@ -259,15 +251,12 @@ class Panel:
 
     def _set_world(self, make: Callable[[], World]) -> None:
         """Sets a world. If it is refused, the page shows the one before again."""
-        world = self._world
         try:
             world = make()
             self._walker.set_world(world)
-        except Exception:
-            world = self._world
-            raise
+            self._world = world
         finally:
-            self.show_world(world)
+            self.show_world(self._world)
 
     def _add_plots(self, joints: Sequence[str]) -> None:
         gui, uplot = self._server.gui, importlib.import_module("viser.uplot")
@@ -325,8 +314,3 @@ def to_seed(text: str) -> int:
             f"seed = {_core.shown(text)}: must be a whole number from 0 to {2**64 - 1}"
         )
     return int(text)
-
-
-def to_speed(text: str) -> float:
-    numerator, _, denominator = text.partition("/")
-    return float(numerator) / float(denominator or 1)

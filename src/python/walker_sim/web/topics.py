@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 from typing import Any, Mapping, Sequence
 
 import numpy as np
+import rospy
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
@@ -13,7 +15,6 @@ from viser.transforms import SE3
 from visualization_msgs.msg import Marker, MarkerArray
 
 from walker_sim.msg import Episode
-from walker_sim.web.connection import Subscriptions
 from walker_sim.web.panel import PLOTTED
 from walker_sim.web.scene import Drawing, Scene
 
@@ -33,9 +34,9 @@ Poses = NDArray[np.float64]
 class TopicBuffer:
     """Keeps the latest messages until the page's loop shows them. They come in threads of rospy's.
 
-    `links` are the names of the specification's links, the trunk first. `prefix` is that of the
-    frames, None until a marker has shown it. `trunk` is the trunk's latest pose, `progress` the
-    latest message about the episode; None before the first.
+    `links` are the names of the specification's links, the trunk first. `subscribe` takes whether
+    messages are wanted. `prefix` is that of the frames, `trunk` the trunk's latest pose, `progress`
+    the latest message about the episode; each is None until a message has shown it.
     """
 
     def __init__(self, namespace: str, links: Sequence[str], joints: Sequence[str]) -> None:
@@ -43,18 +44,28 @@ class TopicBuffer:
         self._links, self._joints = links, joints
         self._fixed: dict[str, Any] = {}  # static frames by name
         self.clear()
-        self.topics = Subscriptions(
-            namespace,
-            {
-                "scene_markers": (MarkerArray, self._take_scene, 20),
-                "state_markers": (MarkerArray, self._take_state, 2),
-                "/tf_static": (TFMessage, self._take_fixed_frames, 20),
-                "/tf": (TFMessage, self._take_frames, 20),  # of several walkers
-                "joint_states": (JointState, self._take_joints, 2),
-                "episode": (Episode, self._take_progress, 2),
-                "progress": (Episode, self._take_progress, 2),
-            },
+        self._topics = (
+            (f"{namespace}/scene_markers", MarkerArray, self._take_scene, 20),
+            (f"{namespace}/state_markers", MarkerArray, self._take_state, 2),
+            ("/tf_static", TFMessage, self._take_fixed_frames, 20),
+            ("/tf", TFMessage, self._take_frames, 20),
+            (f"{namespace}/joint_states", JointState, self._take_joints, 2),
+            (f"{namespace}/episode", Episode, self._take_progress, 2),
+            (f"{namespace}/progress", Episode, self._take_progress, 2),
         )
+        self.subscribe: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        threading.Thread(target=self._subscribe, daemon=True).start()
+
+    def _subscribe(self) -> None:
+        """Waits for the master, however long it is gone; therefore a thread of its own."""
+        subscribers: list[rospy.Subscriber] = []
+        while True:
+            is_wanted = self.subscribe.get()
+            while subscribers:
+                subscribers.pop().unregister()
+            for name, kind, take, size in self._topics * is_wanted:
+                subscriber = rospy.Subscriber(name, kind, take, queue_size=size, tcp_nodelay=True)
+                subscribers.append(subscriber)
 
     def clear(self) -> None:
         """Forgets what a server that is gone has shown."""
