@@ -1,4 +1,4 @@
-"""Makes the animations of README.md: each walker in rviz, one picture every few steps."""
+"""Makes the animations of README.md and docs/worlds.md in rviz, one picture every few steps."""
 
 import os
 import sys
@@ -20,6 +20,8 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
+    env : str
+        Id of the environment.
     seed : int
         Seed of the episode.
     first, last : int
@@ -30,28 +32,37 @@ class Scene(NamedTuple):
         Display time of each picture [ms], a multiple of GIF's unit of 10 ms.
     pushes : dict
         Maps a step to the pixels to the right by which the mouse then drags the trunk; 0: lets go.
+    world : str
+        Preset. In another world than Gymnasium's, and if it is pushed, the robust policy walks.
     """
 
+    env: str
     seed: int
     first: int
     last: int
     stride: int
     duration: int
     pushes: Mapping[int, int] = MappingProxyType({})
+    world: str = "gymnasium"
 
 
 PUSHES = MappingProxyType({90: -120, 102: 0, 189: 130, 201: 0})
 
 # In real time: 3 steps of 0.02 s in 60 ms; 8 steps of 0.008 s in 60 ms.
 SCENES = {
-    "BipedalWalker-v3": ("bipedal_walker", Scene(0, 0, 300, 3, 60, PUSHES)),
-    "BipedalWalkerHardcore-v3": ("bipedal_walker_hardcore", Scene(3, 120, 420, 3, 60)),
-    "Walker2d-v5": ("walker2d", Scene(0, 40, 600, 8, 60)),
+    "bipedal_walker": Scene("BipedalWalker-v3", 0, 0, 300, 3, 60, PUSHES),
+    "bipedal_walker_hardcore": Scene("BipedalWalkerHardcore-v3", 3, 120, 420, 3, 60),
+    "walker2d": Scene("Walker2d-v5", 0, 40, 600, 8, 60),
+    "med_pit_gap": Scene("BipedalWalker-v3", 0, 0, 240, 3, 60, world="med_pit_gap"),
+    "walker2d_stairs": Scene("Walker2d-v5", 0, 40, 520, 8, 60, world="walker2d_stairs"),
 }
 
 
-def take_pictures(stage, env, scene):
-    with stage.show(env, agent="robust" if scene.pushes else "shipped") as show:
+def take_pictures(stage, scene):
+    env = scene.env
+    is_plain = scene.world == "gymnasium" and not scene.pushes
+    agent, world = "shipped" if is_plain else "robust", f"world:={scene.world}"
+    with stage.show(env, agent, arguments=[world]) as show:
         hand, place = Hand(show.screen), None
         if scene.pushes:
             left, upper, _, _ = show.picture_box()
@@ -108,10 +119,9 @@ def write_animation(pictures, duration, path):
 def main():
     stage = Stage()
     try:
-        for env in sys.argv[1:] or SCENES:
-            name, scene = SCENES[env]
-            pictures = take_pictures(stage, env, scene)
-            write_animation(pictures, scene.duration, ROOT / "docs" / f"{name}.gif")
+        for name in sys.argv[1:] or SCENES:
+            pictures = take_pictures(stage, SCENES[name])
+            write_animation(pictures, SCENES[name].duration, ROOT / "docs" / f"{name}.gif")
     finally:
         stage.close()
 
