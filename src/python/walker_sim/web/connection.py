@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 import time
 from typing import Any
@@ -33,21 +32,20 @@ class Services:
         path = f"{self.server}/{name}"
         if self._call is not None and self._call.is_alive():
             raise NoAnswer(f"{path}: {self.server} has not answered the call before")
-        found: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        found: list[Any] = []
 
         def call() -> None:
             try:
-                found.put(rospy.ServiceProxy(path, service)(**fields))
+                found.append(rospy.ServiceProxy(path, service)(**fields))
             except Exception as error:
-                found.put(error)
+                found.append(error)
 
         self._call = threading.Thread(target=call, daemon=True)
         self._call.start()
-        try:
-            answer = found.get(timeout=CALL_TIMEOUT)
-        except queue.Empty:
-            raise NoAnswer(f"{path}: no answer within {CALL_TIMEOUT:g} s") from None
-        self._call.join()
+        self._call.join(CALL_TIMEOUT)
+        if not found:
+            raise NoAnswer(f"{path}: no answer within {CALL_TIMEOUT:g} s")
+        (answer,) = found
         if isinstance(answer, Exception):
             raise RuntimeError(f"{path}: {answer}") from answer
         if not getattr(answer, "success", True):
@@ -61,40 +59,36 @@ class ServerMonitor:
     its diagnostics.
 
     `spec` is the latest answer, None before the first. `wanted_factor` is the real-time factor,
-    None if another node or the callers of ~step set the pace. `is_lost` is whether the last
-    question has failed; a server that hangs is not lost.
+    None if another node or the callers of ~step set the pace. `error` is why the last question has
+    failed, empty if it has not; a server that hangs has not failed.
     """
 
     def __init__(self, server: str) -> None:
         self._services = Services(server)
         self._lock = threading.Lock()
-        self._error, self._answered_at = "", time.monotonic()
+        self.error, self._answered_at = "", time.monotonic()
         self.spec: Any = None
         self.is_paused = False
         self.wanted_factor: float | None = None
         rospy.Subscriber("/diagnostics", DiagnosticArray, self._take, queue_size=10)
         threading.Thread(target=self._run, daemon=True).start()
 
-    @property
-    def is_lost(self) -> bool:
-        return bool(self._error)
-
     def unavailable_reason(self) -> str:
         """Returns why the server cannot be called; empty if it can."""
-        if not self._error and time.monotonic() > self._answered_at + CALL_TIMEOUT:
+        if not self.error and time.monotonic() > self._answered_at + CALL_TIMEOUT:
             return f"{self._services.server} does not answer"
-        return self._error
+        return self.error
 
     def refresh(self) -> None:
         """Gets the specification now: if the server answers, `spec` is no older than this call."""
         with self._lock:
             try:
                 self.spec = self._services("get_spec", GetSpec).spec
-                self._error, self._answered_at = "", time.monotonic()
+                self.error, self._answered_at = "", time.monotonic()
             except NoAnswer:
                 pass  # its time tells
             except RuntimeError as error:
-                self._error = f"no server {self._services.server} ({error})"
+                self.error = f"no server {self._services.server} ({error})"
 
     def _run(self) -> None:
         while not rospy.is_shutdown():

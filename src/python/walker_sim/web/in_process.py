@@ -14,12 +14,11 @@ from walker_sim import _core
 from walker_sim.commands.policies import Policies, has_policy, make_policies, policies_of
 from walker_sim.commands.recording import arrays_of
 from walker_sim.commands.session import Playback, Session
-from walker_sim.web.panel import Panel
+from walker_sim.web.panel import PANEL_INTERVAL, Panel
 from walker_sim.web.scene import Drag, Scene
 from walker_sim.window import Pace
 from walker_sim.worlds import World
 
-PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
 MAX_POLICY = 64 << 20  # size of a policy's file [bytes]
 
 
@@ -175,7 +174,5 @@ class Page(Playback):
 
 def policies_for(env_id: str, chosen: str) -> list[str]:
     """Returns the policies that the page offers, the chosen one first."""
-    names = [chosen, "shipped", "robust", "heuristic", "random", "zero"]
-    if not has_policy(env_id, "robust"):
-        names.remove("robust")
-    return list(dict.fromkeys(names))
+    robust = ["robust"] if has_policy(env_id, "robust") else []
+    return list(dict.fromkeys([chosen, "shipped", *robust, "heuristic", "random", "zero"]))

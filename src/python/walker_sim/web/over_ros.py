@@ -23,14 +23,13 @@ from walker_sim.msg import World as WorldMessage
 from walker_sim.msg import WorldParameter
 from walker_sim.srv import Reset, Restore, SetRealTimeFactor, SetWorld, Snapshot, Step
 from walker_sim.web.connection import ServerMonitor, Services
-from walker_sim.web.panel import Panel
+from walker_sim.web.panel import PANEL_INTERVAL, Panel
 from walker_sim.web.scene import Drag, Scene
 from walker_sim.web.server import LOOPBACK, CannotServe, serve
 from walker_sim.web.topics import TopicBuffer
 from walker_sim.worlds import World
 
 PICTURE_INTERVAL = 0.02  # [s of wall time]
-PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
 ADDRESS_INTERVAL = 30.0  # between prints of the address [s of wall time]
 
 
@@ -85,9 +84,9 @@ class ServerPage:
             reason = self._refusal or monitor.unavailable_reason()
             self._status.content = f"Waits for {self._server}. {reason}"
             return
-        if monitor.is_lost and not self._is_cleared:
+        if monitor.error and not self._is_cleared:
             self._buffer.clear()
-        self._is_cleared = monitor.is_lost
+        self._is_cleared = bool(monitor.error)
         is_seen = bool(self._web.get_clients())
         if is_seen != self._is_seen:  # markers cost the server time
             self._is_seen = is_seen

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
 import math
@@ -17,17 +18,7 @@ from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import PolicyFailed
 from walker_sim.worlds import World, to_world
 
-USUAL_MAXIMUM = {
-    "push_interval": 10.0,
-    "range_noise": 1.0,
-    "action_noise": 1.0,
-    "joint_position_noise": 1.0,
-    "joint_velocity_noise": 5.0,
-    "angular_velocity_noise": 5.0,
-    "linear_velocity_noise": 5.0,
-}
-"""Upper bounds of sliders whose parameter's range is too wide for useful steps. The text field
-accepts larger values."""
+PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
 PLOTTED = 500  # latest pictures
 OTHER = "other"  # entry of the presets: the world is none of them, or was changed
 MAX_MESSAGE = 1000  # length of an error's text
@@ -223,7 +214,11 @@ class Panel:
 
     def _add_slider(self, parameter: dict[str, Any]) -> None:
         name, low, high = parameter["name"], parameter["minimum"], parameter["maximum"]
-        high = USUAL_MAXIMUM.get(name, high)
+        # Some ranges are too wide for useful steps. The text field accepts larger values.
+        if name.endswith("_noise"):
+            high = min(high, 5.0 if parameter["unit"].endswith("/s") else 1.0)
+        elif name == "push_interval":
+            high = 10.0
         value = low if math.isnan(parameter["default"]) else parameter["default"]
         value = min(max(value, low), high)
         unit = f" [{parameter['unit']}]" if parameter["unit"] else ""
@@ -300,11 +295,9 @@ def presets_of(env_id: str) -> list[str]:
     """Returns the presets that the environment can apply, the plain one first."""
     presets = []
     for name in _core.world_presets():
-        try:
+        with contextlib.suppress(ValueError):
             to_world(env_id, name)
-        except ValueError:
-            continue
-        presets.append(name)
+            presets.append(name)
     return sorted(presets, key=lambda name: name != "gymnasium")
 
 

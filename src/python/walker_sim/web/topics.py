@@ -111,7 +111,7 @@ class TopicBuffer:
             return dict(self._returns), dict(self._angles_by_step)
 
     def _take_scene(self, message: Any) -> None:
-        drawings = [to_drawing(each) for each in message.markers if is_drawn(each)]
+        drawings = drawings_of(message)
         cleared = [each for each in message.markers if each.action == Marker.DELETEALL]
         with self._lock:
             if cleared:
@@ -120,7 +120,7 @@ class TopicBuffer:
                 self._floor = drawings
 
     def _take_state(self, message: Any) -> None:
-        drawings = [to_drawing(each) for each in message.markers if is_drawn(each)]
+        drawings = drawings_of(message)
         if not message.markers:
             return
         header = message.markers[0].header
@@ -178,8 +178,12 @@ def keep(states: dict[Any, Any], stamp: Any, state: Any) -> None:
         del states[min(states)]
 
 
-def is_drawn(marker: Any) -> bool:
-    return marker.type in KINDS or marker.action == Marker.DELETE
+def drawings_of(message: Any) -> list[Drawing]:
+    """Returns what the server's markers show and remove, without texts."""
+    markers = message.markers
+    return [
+        to_drawing(each) for each in markers if each.type in KINDS or each.action == Marker.DELETE
+    ]
 
 
 def to_drawing(marker: Any) -> Drawing:
