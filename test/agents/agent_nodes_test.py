@@ -114,9 +114,9 @@ class AgentNodesTest(ServerTest):
             policy.act_next(_core.PolicyInput(policy), np.array(begin.observation), action)
             self.assertEqual(list(step.action), action.tolist())
             self.server.stop()
-        self.serve(env="Hopper-v5", mode="lockstep")
+        self.serve(env="Hopper-v4", mode="lockstep")
         for node_type in AGENTS:
-            words = ["policy = robust", "Hopper-v5"]
+            words = ["policy = robust", "Hopper-v4"]
             self.assert_refused(node_type, words, agent="policy", policy="robust")
 
     def test_a_policy_remembers_within_an_episode(self):

@@ -16,7 +16,7 @@ from walkers import ROBOTS, make_ours, play, returns_of
 ROOT = pathlib.Path(__file__).parents[2]
 IDS = _core.ids()
 SHIPPED = [(env_id, "shipped") for env_id in IDS]
-ROBUST = [("BipedalWalker-v3", "robust"), ("Walker2d-v5", "robust")]
+ROBUST = [(env_id, "robust") for env_id in ("BipedalWalker-v3", "Walker2d-v5", "Hopper-v5")]
 MIN_MEAN_RETURN = {
     "BipedalWalker-v3": 338,
     "BipedalWalkerHardcore-v3": 308,
@@ -25,7 +25,8 @@ MIN_MEAN_RETURN = {
     "Hopper-v4": 3700,
     "Hopper-v5": 3700,
     "BipedalWalker-v3-robust": 320,
-    "Walker2d-v5-robust": 6500,
+    "Walker2d-v5-robust": 7000,
+    "Hopper-v5-robust": 3500,
 }
 
 

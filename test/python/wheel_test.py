@@ -63,7 +63,7 @@ def test_files():
 
 
 def test_policies_and_settings():
-    ids, robust = _core.ids(), ("BipedalWalker-v3", "Walker2d-v5")
+    ids, robust = _core.ids(), ("BipedalWalker-v3", "Walker2d-v5", "Hopper-v5")
     share = SITE / "walker_sim/share"
     policies = {*ids, *(f"{env_id}-robust" for env_id in robust)}
     assert {path.stem for path in (share / "assets/policies").iterdir()} == policies

@@ -54,7 +54,7 @@ SCENES = {
     "bipedal_walker_hardcore": Scene("BipedalWalkerHardcore-v3", 3, 120, 420, 3, 60),
     "walker2d": Scene("Walker2d-v5", 0, 40, 600, 8, 60),
     "med_pit_gap": Scene("BipedalWalker-v3", 0, 0, 240, 3, 60, world="med_pit_gap"),
-    "walker2d_stairs": Scene("Walker2d-v5", 0, 40, 520, 8, 60, world="walker2d_stairs"),
+    "walker2d_stairs": Scene("Walker2d-v5", 3, 40, 520, 8, 60, world="walker2d_stairs"),
 }
 
 

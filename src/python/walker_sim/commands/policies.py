@@ -30,7 +30,7 @@ POLICY is one of
   random           uniform between the action's bounds, from a generator with the episode's seed
   zero             zero actions
   shipped          the trained network that the package includes for ID
-  robust           likewise, trained in many worlds (BipedalWalker-v3, Walker2d-v5)
+  robust           likewise, trained in many worlds (BipedalWalker-v3, Walker2d-v5, Hopper-v5)
   FILE.safetensors a trained network, written by `train` or `convert`
   FILE.zip         a model saved by Stable-Baselines3 or its contrib, which acts deterministically;
                    RecurrentPPO's memory begins anew with each episode. Opening such a file can run
