@@ -137,8 +137,13 @@ def test_worlds_and_speed(show):
 
 def test_frames_with_a_prefix_and_the_refusals_of_several_walkers(show):
     shown, browser = show("Hopper-v5", num_envs="2", tf_prefix="far/left")
-    shown.call("reset_batch", ResetBatch)
-    wait_for(lambda: shown.page._buffer.trunk is not None, "a pose")
+
+    def is_seen():
+        shown.call("reset_batch", ResetBatch)  # again: frames are not sent to who subscribes later
+        time.sleep(0.5)
+        return shown.page._buffer.trunk is not None
+
+    wait_for(is_seen, "a pose")
     assert shown.page._buffer.prefix == "far/left"
 
     def is_refused():
@@ -169,7 +174,7 @@ def test_lock_step_shows_what_its_client_does_and_why_it_refuses(show):
         return f"step {length}," in browser.text() and "seed 5" in browser.text()
 
     wait_for(is_shown, "a step")
-    wait_for(lambda: shown.page._buffer.trunk is not None, "a pose")
+    wait_for(lambda: is_shown() and shown.page._buffer.trunk is not None, "a pose")
     assert 1 < shown.page._buffer.trunk[2] < 1.5  # the torso's height
     browser.fill("Speed", "4")
     wait_for(lambda: "set_real_time_factor: " in browser.text(), "the refusal")
