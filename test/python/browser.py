@@ -84,8 +84,15 @@ class Browser:
         return np.asarray(Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB"))
 
     def click(self, words):
-        """Clicks the middle of the element with exactly this text, of a button if there is one."""
-        box = wait_for(lambda: self._find(words), f"an element {words!r}")
+        """Clicks the middle of the element with exactly this text, of a button if there is one, as
+        soon as the page no longer moves it."""
+
+        def settled():
+            box = self._find(words)
+            time.sleep(0.3)  # longer than from one change of the panel to the next
+            return box if box == self._find(words) else None
+
+        box = wait_for(settled, f"an element {words!r}")
         self.mouse("mousePressed", *box)
         self.mouse("mouseReleased", *box)
 

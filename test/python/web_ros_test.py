@@ -139,7 +139,8 @@ def test_frames_with_a_prefix_and_the_refusals_of_several_walkers(show):
     shown, browser = show("Hopper-v5", num_envs="2", tf_prefix="far/left")
 
     def is_seen():
-        shown.call("reset_batch", ResetBatch)  # again: frames are not sent to who subscribes later
+        # Again, because the server sends a later subscriber no frames before its next state.
+        shown.call("reset_batch", ResetBatch)
         time.sleep(0.5)
         return shown.page._buffer.trunk is not None
 

@@ -32,9 +32,8 @@ class Session:
     def __init__(self, walkers: Walkers, policies: Policies, seeds: Sequence[int]) -> None:
         self.walkers, self.policies, self._seeds = walkers, policies, seeds
         self._actions = np.zeros((1, len(walkers.specification["action_low"])))
-        parameters = _core.world_parameters(walkers.specification["id"])
-        (impulse,) = (each["default"] for each in parameters if each["name"] == "push_impulse")
-        self._push_force = impulse / walkers.specification["dt"]  # [N]
+        specification = walkers.specification
+        self._push_force = push_force(specification["id"], specification["dt"])
         self.count = 0
         self.episode = RecordedEpisode(0, seeds[0])
         self.begin_next()
@@ -158,6 +157,13 @@ class Playback(ABC):
     @abstractmethod
     def _show(self) -> None:
         """Shows the present state."""
+
+
+def push_force(env_id: str, dt: float) -> float:
+    """Returns the force [N] that has the default of a world's push_impulse in a step of dt [s]."""
+    parameters = _core.world_parameters(env_id)
+    (impulse,) = (each["default"] for each in parameters if each["name"] == "push_impulse")
+    return float(impulse / dt)
 
 
 def text_of_end(episode: RecordedEpisode) -> str:

@@ -86,7 +86,7 @@ class ServerMonitor:
                 self.spec = self._services("get_spec", GetSpec).spec
                 self.error, self._answered_at = "", time.monotonic()
             except NoAnswer:
-                pass  # its time tells
+                pass  # `unavailable_reason` says so, by the time of the last answer
             except RuntimeError as error:
                 self.error = f"no server {self._services.server} ({error})"
 

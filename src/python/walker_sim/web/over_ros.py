@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 from viser.transforms import SO3
 
 from walker_sim import _core
+from walker_sim.commands.session import push_force
 from walker_sim.msg import World as WorldMessage
 from walker_sim.msg import WorldParameter
 from walker_sim.srv import Reset, Restore, SetRealTimeFactor, SetWorld, Snapshot, Step
@@ -108,16 +109,10 @@ class ServerPage:
         names = dict(zip(spec.parameter_names, spec.parameter_values))
         model = {"xml_file": names["xml_file"]} if "xml_file" in names else {}
         shapes = _core.link_shapes(spec.id, model)
-        (impulse,) = (
-            each["default"]
-            for each in _core.world_parameters(spec.id)
-            if each["name"] == "push_impulse"
-        )
         self._status.remove()
         self._spec, self._links = spec, [shape["name"] for shape in shapes]
-        self._push_force = impulse / spec.dt  # [N]
+        self._push_force = push_force(spec.id, spec.dt)
         self._pushed_at = 0, 0  # episode and step
-        self._world: World | None = None
         self._scene = Scene(self._web, shapes)
         self._drag = Drag(self._scene.trunk)
         self._panel = Panel(self._web, spec.id, spec.joint_names, self, "a bag for `replay`")
@@ -153,7 +148,6 @@ class ServerPage:
     def set_world(self, world: World) -> None:
         self._services("set_world", SetWorld, worlds=[to_message(world)])
         self._monitor.refresh()  # an older specification would show the world before
-        self._world = world
 
     def push(self, way: Sequence[float] | NDArray[np.float64]) -> None:
         trunk = None if self._buffer is None else self._buffer.trunk
@@ -188,8 +182,7 @@ class ServerPage:
     def _show_panel(self, buffer: TopicBuffer) -> None:
         panel, monitor = self._panel, self._monitor
         world = to_world(monitor.spec.world)
-        if world != self._world:  # another client may have set it
-            self._world = world
+        if world != panel.world:  # another client has set it
             panel.show_world(world)
         if monitor.wanted_factor is not None:
             panel.show_speed(monitor.wanted_factor)

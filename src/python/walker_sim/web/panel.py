@@ -41,7 +41,7 @@ class Walker(Protocol):
     def save(self) -> tuple[str, bytes]: ...
 
 
-class Chooser(Protocol):
+class PolicyChooser(Protocol):
     """What chooses the policy of the episodes to come, with errors as those of `Walker`."""
 
     def set_policy(self, name: str) -> None: ...
@@ -66,22 +66,22 @@ class Panel:
         saved: str = "a file that `record --check` repeats",
     ) -> None:
         self._server, self._env_id, self._walker, self._saved = server, env_id, walker, saved
-        self._world: World = {}
+        self.world: World = {}  # that is shown
         self._plotted: tuple[int, ...] = ()
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Any]] = queue.SimpleQueue()
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.main_panel.dock_right()
         self._status = server.gui.add_markdown("")
         self._add_buttons()
-        self._choosing = server.gui.add_folder("Policy", visible=False)
+        self._policy_folder = server.gui.add_folder("Policy", visible=False)
         self._add_worlds()
         self._add_plots(joints)
 
-    def add_policies(self, chooser: Chooser, policies: list[str]) -> None:
+    def add_policies(self, chooser: PolicyChooser, policies: list[str]) -> None:
         """Adds the choice of a policy: one of these names, or a file."""
         gui, self._policies = self._server.gui, policies
-        self._choosing.visible = True
-        with self._choosing:
+        self._policy_folder.visible = True
+        with self._policy_folder:
             self._policy = gui.add_dropdown(
                 "Policy", policies, hint="acts from the next episode on"
             )
@@ -127,7 +127,7 @@ class Panel:
 
     def show_world(self, world: World) -> None:
         """Shows the world of the episodes to come. A slider shows a range's lower end."""
-        self._world = world
+        self.world = world
         self._text.value = _core.world_text(world)
         self._preset.value = OTHER
         for name, (slider, default) in self._sliders.items():
@@ -233,7 +233,7 @@ class Panel:
         self._sliders[name] = slider, value
 
         def choose(number: float) -> None:
-            world = {**self._world, name: (number, number)}
+            world = {**self.world, name: (number, number)}
             self._set_world(lambda: to_world(self._env_id, world))
 
         slider.on_update(self._on(choose))
@@ -249,9 +249,9 @@ class Panel:
         try:
             world = make()
             self._walker.set_world(world)
-            self._world = world
+            self.world = world
         finally:
-            self.show_world(self._world)
+            self.show_world(self.world)
 
     def _add_plots(self, joints: Sequence[str]) -> None:
         gui, uplot = self._server.gui, importlib.import_module("viser.uplot")
