@@ -102,7 +102,6 @@ class Page(Playback):
         network.check(self._specification["id"], self._parameters)
         self._known[name] = policies_of(network, name)
         self.set_policy(name)
-        self._panel.show_policy(name)
 
     def push(self, way: Sequence[float]) -> None:
         self.session.push(way)
@@ -124,8 +123,6 @@ class Page(Playback):
         def begin_picture() -> None:
             begin()
             self._acting = self.policy  # of this episode
-            self._returns: dict[int, float] = {}
-            self._angles: dict[int, Sequence[float]] = {}
             self._path.clear()
             self._scene.begin(self._walkers.capture(0).scene_drawings())
             self._floor_center: float | None = None
@@ -144,8 +141,9 @@ class Page(Playback):
         if episode.end == "failed":
             return
         captured = self._walkers.capture(0)
-        self._returns[episode.length] = episode.episode_return
-        self._angles[episode.length] = captured.joint_positions
+        self._panel.add_point(
+            episode.order, episode.length, episode.episode_return, captured.joint_positions
+        )
         if not self._server.get_clients():  # viser would keep what is sent, for those to come
             return
         drawings = captured.state_drawings()
@@ -169,7 +167,7 @@ class Page(Playback):
             f"**{self._specification['id']}** episode {episode.order}, seed {episode.seed}\n\n"
             f"step {episode.length}, return **{episode.episode_return:.1f}** {state}{pushes}{world}"
         )
-        self._panel.plot(episode.order, self._returns, self._angles)
+        self._panel.plot()
 
 
 def policies_for(env_id: str, chosen: str) -> list[str]:

@@ -95,6 +95,10 @@ class ServerPage:
         self._panel.handle()
         self._buffer.show(self._scene)
         self._push_by_drag(self._buffer)
+        if (progress := self._buffer.progress) is not None:
+            self._panel.add_point(
+                progress.episode, progress.length, progress.episode_return, self._buffer.angles
+            )
         if is_seen and time.monotonic() >= self._shown_panel_at + PANEL_INTERVAL:
             self._shown_panel_at = time.monotonic()
             self._show_panel(self._buffer)
@@ -200,7 +204,7 @@ class ServerPage:
             f"step {progress.length}, return **{progress.episode_return:.1f}** {state}"
             + (f"\n\nworld: {drawn}" if drawn else "")
         )
-        panel.plot(progress.episode, *buffer.curves())
+        panel.plot()
 
 
 def robot_of(spec: Any) -> tuple[Any, ...]:

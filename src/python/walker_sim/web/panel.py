@@ -67,7 +67,8 @@ class Panel:
     ) -> None:
         self._server, self._env_id, self._walker, self._saved = server, env_id, walker, saved
         self.world: World = {}  # that is shown
-        self._plotted: tuple[int, ...] = ()
+        self._plotted_episode = 0
+        self._points: dict[int, tuple[float, ...]] = {}  # return and angles, by the step
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Any]] = queue.SimpleQueue()
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.main_panel.dock_right()
@@ -79,22 +80,26 @@ class Panel:
 
     def add_policies(self, chooser: PolicyChooser, policies: list[str]) -> None:
         """Adds the choice of a policy: one of these names, or a file."""
-        gui, self._policies = self._server.gui, policies
+        gui = self._server.gui
         self._policy_folder.visible = True
         with self._policy_folder:
-            self._policy = gui.add_dropdown(
-                "Policy", policies, hint="acts from the next episode on"
-            )
+            hint = "acts from the next episode on"
+            self._policy = gui.add_dropdown("Policy", policies, hint=hint)
             file = gui.add_upload_button("Policy from a file", mime_type=".safetensors")
 
         def choose(name: str) -> None:
             try:
-                chooser.set_policy(one_of(name, self._policies))
+                chooser.set_policy(one_of(name, self._policy.options))
             finally:
                 self._policy.value = chooser.policy
 
+        def load(name: str, content: bytes) -> None:
+            chooser.load_policy(name, content)
+            self._policy.options = list(dict.fromkeys([*self._policy.options, name]))
+            self._policy.value = chooser.policy
+
         self._policy.on_update(self._on(choose))
-        file.on_upload(self._on(chooser.load_policy, "name", "content"))
+        file.on_upload(self._on(load, "name", "content"))
 
     def handle(self) -> None:
         """Does what browsers have asked for. An error is shown to the one that has asked."""
@@ -118,13 +123,6 @@ class Panel:
         if speed != self._speed.value:
             self._speed.value = speed
 
-    def show_policy(self, name: str) -> None:
-        """Shows the policy of the episodes to come."""
-        if name not in self._policies:
-            self._policies.append(name)
-            self._policy.options = self._policies
-        self._policy.value = name
-
     def show_world(self, world: World) -> None:
         """Shows the world of the episodes to come. A slider shows a range's lower end."""
         self.world = world
@@ -134,18 +132,22 @@ class Panel:
             value = world[name][0] if name in world else default
             slider.value = min(max(value, slider.min), slider.max)
 
-    def plot(
-        self, episode: int, returns: dict[int, float], angles: dict[int, Sequence[float]]
+    def add_point(
+        self, episode: int, step: int, episode_return: float, angles: Sequence[float]
     ) -> None:
-        """Shows the return [-] and the joints' angles [rad] after steps, by the step."""
-        latest = episode, next(reversed(returns), -1)
-        if latest == self._plotted:
-            return
-        self._plotted = latest
-        for plot, values in ((self._returns, returns), (self._angles, angles)):
-            steps = np.array([*values][-PLOTTED:], float)
-            columns = np.array([*values.values()][-PLOTTED:], float).reshape(len(steps), -1).T
-            plot.data = (steps, *map(np.ascontiguousarray, columns))
+        """Takes the return [-] and the joints' angles [rad] after a step for the plots."""
+        if episode != self._plotted_episode or step < next(reversed(self._points), 0):
+            self._plotted_episode, self._points = episode, {}
+        self._points[step] = (episode_return, *angles)
+        if len(self._points) > PLOTTED:
+            del self._points[next(iter(self._points))]
+
+    def plot(self) -> None:
+        """Shows the points, if there are others than before."""
+        rows = np.array([(step, *values) for step, values in self._points.items()], float)
+        if len(rows) > 0 and not np.array_equal(rows[:, :2].T, self._returns.data):
+            steps, returns, *angles = map(np.ascontiguousarray, rows.T)
+            self._returns.data, self._angles.data = (steps, returns), (steps, *angles)
 
     def _on(self, function: Callable[..., Any], *names: str) -> Callable[[Any], Any]:
         """Returns a callback for an element: the function is called with these attributes of the

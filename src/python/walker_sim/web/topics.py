@@ -15,7 +15,6 @@ from viser.transforms import SE3
 from visualization_msgs.msg import Marker, MarkerArray
 
 from walker_sim.msg import Episode
-from walker_sim.web.panel import PLOTTED
 from walker_sim.web.scene import Drawing, Scene
 
 MAX_STATES = 20
@@ -79,9 +78,7 @@ class TopicBuffer:
             self._drawings: dict[Any, list[Drawing]] = {}  # by stamp
             self._shown: tuple[Any, Poses, dict[str, Drawing]] | None = None
             self._unplaced: Any = None  # the latest frames before the prefix was known
-            self._angles: list[float] = []
-            self._returns: dict[int, float] = {}
-            self._angles_by_step: dict[int, Sequence[float]] = {}
+            self.angles: list[float] = [np.nan] * len(self._joints)
 
     def show(self, scene: Scene) -> None:
         """Shows the latest surroundings, and the latest state that has both frames and markers."""
@@ -104,11 +101,6 @@ class TopicBuffer:
             scene.begin(begun[1])
         if shown and (begun or complete):
             scene.show(shown[1], list((shown[2] if begun else drawings).values()))
-
-    def curves(self) -> tuple[dict[int, float], dict[int, Sequence[float]]]:
-        """Returns the return [-] and the joints' angles [rad] after the episode's latest steps."""
-        with self._lock:
-            return dict(self._returns), dict(self._angles_by_step)
 
     def _take_scene(self, message: Any) -> None:
         drawings = drawings_of(message)
@@ -150,23 +142,13 @@ class TopicBuffer:
 
     def _take_joints(self, message: Any) -> None:
         angles = dict(zip(message.name, message.position))
-        self._angles = [angles.get(joint, np.nan) for joint in self._joints]
+        self.angles = [angles.get(joint, np.nan) for joint in self._joints]
 
     def _take_progress(self, message: Any) -> None:
         with self._lock:
             before = self.progress
-            if before is not None and message.header.stamp < before.header.stamp:
-                return  # of the other topic, which is behind
-            is_same = before is not None and message.episode == before.episode
-            if not is_same or message.length < before.length:
-                self._returns, self._angles_by_step = {}, {}
-            self.progress = message
-            self._returns[message.length] = message.episode_return
-            angles = self._angles or [np.nan] * len(self._joints)
-            self._angles_by_step[message.length] = angles
-            for curve in (self._returns, self._angles_by_step):
-                if len(curve) > PLOTTED:
-                    del curve[next(iter(curve))]
+            if before is None or message.header.stamp >= before.header.stamp:
+                self.progress = message  # else of the other topic, which is behind
 
 
 def keep(states: dict[Any, Any], stamp: Any, state: Any) -> None:
