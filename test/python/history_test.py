@@ -10,7 +10,7 @@ from walker_sim import _core, sb3
 from walker_sim.commands.policies import acting, shipped_policy
 from walker_sim.training.es import Evolution
 from walker_sim.training.learner import wrap
-from walker_sim.training.policy_file import read_policy, to_bytes, with_history
+from walker_sim.training.policy_file import read_policy, to_bytes, with_history, with_lidar
 from walker_sim.training.run import Training
 from walker_sim.training.settings import settings_from
 
@@ -67,6 +67,15 @@ def test_more_history_changes_no_action():
     assert returns_of(with_history(used, (4, 3)), range(3)) == (stepped, played)
     with pytest.raises(ValueError, match=r"history = \[2, 5\]: must be at least \[3, 2\]"):
         with_history(used, (2, 5))
+
+
+def test_the_lidar_in_the_observation_changes_no_action():
+    env_id, parameters = "Walker2d-v5", {"include_lidar_in_observation": True}
+    policy = with_history(read_policy(shipped_policy(env_id)), (2, 1))
+    seeing = to_bytes(with_lidar(policy))
+    expected = walker_sim.play_out(env_id, to_bytes(policy), range(2), max_episode_steps=100)
+    played = walker_sim.play_out(env_id, seeing, range(2), max_episode_steps=100, **parameters)
+    assert played.returns.tolist() == expected.returns.tolist()
 
 
 def walkers(num_envs=5):

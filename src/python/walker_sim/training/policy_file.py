@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.files import replace_file
+from walker_sim.walkers import LIDAR_RAYS
 
 FORMAT = "walker_sim policy 1"
 HISTORY = ("history.observations", "history.actions")
@@ -184,6 +185,20 @@ def with_history(policy: PolicyFile, history: tuple[int, int]) -> PolicyFile:
         deviation=extended(policy.deviation, np.concatenate([policy.deviation[newest], unit])),
         layers=[(extended(weight, np.zeros((len(bias), sum(sizes)), np.float32)), bias), *others],
         history=history,
+    )
+
+
+def with_lidar(policy: PolicyFile) -> PolicyFile:
+    """Returns a policy whose observations have the lidar at their ends, with weights of zero for
+    it. Its fractions of the range, 0 to 1, are normalised to -1 to 1."""
+    ends = observation_size(policy) * np.arange(1, policy.history[0] + 1)
+    places = np.repeat(ends, LIDAR_RAYS)
+    (weight, bias), *others = policy.layers
+    return replace(
+        policy,
+        mean=np.insert(policy.mean, places, 0.5),
+        deviation=np.insert(policy.deviation, places, 0.5),
+        layers=[(np.insert(weight, places, 0, axis=1), bias), *others],
     )
 
 

@@ -9,7 +9,7 @@ import signal
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any, Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from walker_sim.training.policy_file import (
     read_policy,
     to_bytes,
     with_history,
+    with_lidar,
     write_policy,
 )
 from walker_sim.training.settings import Settings
@@ -47,6 +48,10 @@ FIRST_TRIAL_SEED = 1 << 39
 """First seed of the episodes that decide whether a curriculum's ranges grow."""
 FIRST_TRAINING_SEED = 1 << 40
 """Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
+
+
+def has_lidar(parameters: Mapping[str, Any]) -> bool:
+    return str(parameters.get("include_lidar_in_observation")).lower() == "true"
 
 
 class Stopped(Exception):
@@ -316,6 +321,8 @@ class Stage(ABC):
     def _read(self, start: str | Path, settings: Settings) -> PolicyFile:
         own = self.env_id if start == "shipped" else start
         policy = read_policy(shipped_policy(str(own)) if own in _core.ids() else Path(own))
+        if has_lidar(self.goal.parameters) and not has_lidar(policy.parameters):
+            policy = with_lidar(policy)
         _core.Policy.from_bytes("start", to_bytes(policy)).check(
             self.env_id, dict(self.goal.parameters)
         )
