@@ -1,5 +1,6 @@
 """A killed or hanging master, subscribers that never read, and shutdown by signals."""
 
+import contextlib
 import itertools
 import signal
 import socket
@@ -15,6 +16,42 @@ from server_harness import DT, STAND, ServerTest, nanoseconds, statuses
 from walker_sim.msg import Transition
 
 MAX_EXIT = 15  # wall seconds; a clean exit takes less than 1
+
+
+class StallingWay:
+    """Passes a master's connections on, until `stall`: then those that are open transfer nothing
+    any more, as on a network that has lost them, while new ones work."""
+
+    def __init__(self, master_uri):
+        self._master = master_uri.rpartition("/")[2].split(":")
+        self._listener = socket.create_server(("localhost", 0))
+        self.uri = f"http://localhost:{self._listener.getsockname()[1]}"
+        self._stalled = threading.Event()
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def stall(self):
+        self._stalled.set()
+        self._stalled = threading.Event()
+
+    def close(self):
+        self._listener.close()
+
+    def _accept(self):
+        with contextlib.suppress(OSError):
+            while True:
+                ends = self._listener.accept()[0], socket.create_connection(self._master)
+                for source, target in (ends, reversed(ends)):
+                    way = (source, target, self._stalled)
+                    threading.Thread(target=self._pass_on, args=way, daemon=True).start()
+
+    @staticmethod
+    def _pass_on(source, target, stalled):
+        with contextlib.suppress(OSError):
+            while content := source.recv(65536):
+                if stalled.is_set():
+                    return
+                target.sendall(content)
+            target.shutdown(socket.SHUT_WR)
 
 
 class RobustnessTest(ServerTest):
@@ -162,6 +199,14 @@ class RobustnessTest(ServerTest):
             while nanoseconds(transitions.next()) < first + steps * DT:
                 pass
             self.assertEqual(server.stop(end, MAX_EXIT), 0, server.output())
+
+    def test_a_signal_ends_the_server_whose_connections_to_the_master_stall(self):
+        way = StallingWay(self.own_master().uri)
+        self.addCleanup(way.close)
+        server = self.serve_lockstep(master_uri=way.uri)
+        way.stall()
+        self.assertEqual(server.stop(signal.SIGTERM, MAX_EXIT), 0, server.output())
+        self.assertIn("A connection stalls", server.output())
 
     def test_signals_end_a_starting_server_while_the_master_hangs(self):
         master = self.own_master()
