@@ -255,7 +255,11 @@ void Policy::check(const Specification& specification) const {
     check_limits("the lower limit", state_->forward.network().low, specification.action_low);
     check_limits("the upper limit", state_->forward.network().high, specification.action_high);
   } catch (const std::invalid_argument& error) {
-    throw PolicyError("policy " + state_->name + ", made for " + id() + ": " + error.what());
+    const auto found = notes().find("parameters");
+    const bool has_parameters = found != notes().end() && found->second != "{}";
+    const std::string parameters = has_parameters ? " with " + printable(found->second) : "";
+    throw PolicyError("policy " + state_->name + ", made for " + id() + parameters + ": " +
+                      error.what());
   }
 }
 

@@ -248,12 +248,14 @@ TEST(Policy, RejectsUnsuitableContent) {
 
 TEST(Policy, RejectsAnotherEnvironment) {
   const Folder folder;
-  const std::string path = folder.write("toy.safetensors", small_policy().bytes());
+  PolicyBytes small = small_policy();
+  small.metadata["parameters"] = "size 2";
+  const std::string path = folder.write("toy.safetensors", small.bytes());
   const Specification walker = make("Walker2d-v5")->specification();
   EXPECT_EQ(message_of<PolicyError>([&] { make_policy_agent(path, walker); }),
             "policy " + path +
-                ", made for Toy-v0: it takes 2 observations and gives 1 actions; "
-                "Walker2d-v5 has 17 and 6");
+                ", made for Toy-v0 with size 2: it takes 2 observations and gives 1 "
+                "actions; Walker2d-v5 has 17 and 6");
   Specification toy;
   toy.id = "Toy-v1";
   toy.observation_low = toy.observation_high = {0, 0};
@@ -261,7 +263,8 @@ TEST(Policy, RejectsAnotherEnvironment) {
   toy.action_high = {2};
   EXPECT_EQ(message_of<PolicyError>([&] { make_policy_agent(path, toy); }),
             "policy " + path +
-                ", made for Toy-v0: the upper limit of action 0 is 1; the environment's is 2");
+                ", made for Toy-v0 with size 2: the upper limit of action 0 is 1; "
+                "the environment's is 2");
   toy.action_high = {1};
   EXPECT_EQ(make_policy_agent(path, toy)->act({1, -1}).size(), 1U);
 }

@@ -72,7 +72,7 @@ def test_more_history_changes_no_action():
 def test_the_lidar_in_the_observation_changes_no_action():
     env_id, parameters = "Walker2d-v5", {"include_lidar_in_observation": True}
     policy = with_history(read_policy(shipped_policy(env_id)), (2, 1))
-    seeing = to_bytes(with_lidar(policy))
+    seeing = to_bytes(with_lidar(policy, 10))
     expected = walker_sim.play_out(env_id, to_bytes(policy), range(2), max_episode_steps=100)
     played = walker_sim.play_out(env_id, seeing, range(2), max_episode_steps=100, **parameters)
     assert played.returns.tolist() == expected.returns.tolist()

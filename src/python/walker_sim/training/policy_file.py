@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from walker_sim import _core
 from walker_sim.files import replace_file
-from walker_sim.walkers import LIDAR_RAYS
 
 FORMAT = "walker_sim policy 1"
 HISTORY = ("history.observations", "history.actions")
@@ -188,11 +187,11 @@ def with_history(policy: PolicyFile, history: tuple[int, int]) -> PolicyFile:
     )
 
 
-def with_lidar(policy: PolicyFile) -> PolicyFile:
+def with_lidar(policy: PolicyFile, rays: int) -> PolicyFile:
     """Returns a policy whose observations have the lidar at their ends, with weights of zero for
     it. Its fractions of the range, 0 to 1, are normalised to -1 to 1."""
     ends = observation_size(policy) * np.arange(1, policy.history[0] + 1)
-    places = np.repeat(ends, LIDAR_RAYS)
+    places = np.repeat(ends, rays)
     (weight, bias), *others = policy.layers
     return replace(
         policy,

@@ -32,6 +32,7 @@ from walker_sim.training.policy_file import (
 )
 from walker_sim.training.settings import Settings
 from walker_sim.training.settings_file import read_settings, write_settings
+from walker_sim.walkers import LIDAR_RAYS
 from walker_sim.worlds import World
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
@@ -322,7 +323,7 @@ class Stage(ABC):
         own = self.env_id if start == "shipped" else start
         policy = read_policy(shipped_policy(str(own)) if own in _core.ids() else Path(own))
         if has_lidar(self.goal.parameters) and not has_lidar(policy.parameters):
-            policy = with_lidar(policy)
+            policy = with_lidar(policy, LIDAR_RAYS)
         _core.Policy.from_bytes("start", to_bytes(policy)).check(
             self.env_id, dict(self.goal.parameters)
         )
