@@ -23,7 +23,8 @@ std::vector<ParameterDescription> agent_parameters() {
       {"policy", std::string(), "",
        "Policy file; shipped: the package's policy for the environment; robust: its robust one; "
        "terrain: the one that sees the ground, for Walker2d-v5 with include_lidar_in_observation; "
-       "empty: in a world other than Gymnasium's terrain or else robust, if the package has one for "
+       "empty: in a world other than Gymnasium's terrain or else robust, if the package has one "
+       "for "
        "these observations, otherwise shipped.",
        0, 0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
@@ -116,7 +117,8 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
   if (!options.policy.empty() && !is_kind(options.policy)) {
     return make_policy_agent(expand_home(options.policy), specification);
   }
-  const std::string kind = options.policy.empty() ? find_kind(specification, world) : options.policy;
+  const std::string kind =
+      options.policy.empty() ? find_kind(specification, world) : options.policy;
   if (!std::ifstream(included_policy(specification.id, kind)).good()) {
     throw std::invalid_argument("policy = " + kind + ": the package has none for " +
                                 specification.id);

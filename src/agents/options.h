@@ -37,8 +37,8 @@ std::vector<ParameterDescription> agent_parameters();
 AgentOptions read_agent_options();
 
 /// Makes the agent that the options choose. Without a choice of a policy it is the shipped one or,
-/// in a world other than Gymnasium's, the terrain or else the robust one, if the package has one for
-/// the environment's observations.
+/// in a world other than Gymnasium's, the terrain or else the robust one, if the package has one
+/// for the environment's observations.
 /// @throws std::invalid_argument if an option is invalid, or the agent does not fit the environment
 std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification,
                                   const World& world);
