@@ -90,7 +90,7 @@ def test_every_parameter_of_a_world_is_listed_with_its_limits():
     for line in (ROOT / "docs/worlds.md").read_text(encoding="utf-8").splitlines():
         cells = [cell.strip() for cell in line.split("|")[1:-1]]
         if len(cells) == 7 and cells[0].startswith("`"):
-            rows[cells[0].strip("`")] = cells[1:]
+            rows.update(dict.fromkeys(re.findall(r"`(\w+)`", cells[0]), cells[1:]))
     known = {}
     for column, ids in ((4, ["BipedalWalker-v3"]), (5, ["Walker2d-v5", "Hopper-v5"])):
         for env_id in ids:

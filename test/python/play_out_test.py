@@ -88,3 +88,16 @@ def test_an_exception_of_the_receiver_ends_the_call():
     assert len(seen) == 3
     player.play([policy], [], jobs, lambda job, *fields: seen.append(job))
     assert sorted(seen[3:]) == list(range(200))
+
+
+@pytest.mark.parametrize("env_id", ["Walker2d-v5", "Hopper-v5"])
+def test_a_smoother_floor_than_the_limbs_changes_no_bit(env_id):
+    """A contact has the larger friction of floor and limb: 0.9, and 1.9 or 2 at the feet. So RRLS's
+    values from 0.1 to 0.9 are one world, and up to the feet's friction only the shins feel more."""
+    worlds = [{"floor_friction": each} for each in (0, 0.5, 0.9, 2.1)]
+    played = walker_sim.play_out(
+        env_id, shipped_policy(env_id), range(3), worlds=worlds, max_episode_steps=200
+    )
+    *smooth, rough = played.returns[0].tolist()
+    assert all(returns == smooth[0] for returns in smooth)
+    assert all(one != other for one, other in zip(rough, smooth[0]))

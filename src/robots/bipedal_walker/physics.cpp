@@ -116,7 +116,7 @@ void Physics::build(const Ground& ground, double push, const Dynamics& dynamics)
                                         {+34 / kScale, -8 / kScale},
                                         {-30 / kScale, -8 / kScale}}};
   hull_ = create_body(dynamic_body({kStartX, kStartY}, 0), polygon_of(kHull), kHullDensity,
-                      kHullFriction);
+                      kHullFriction, dynamics_.masses[0]);
   hull_->ApplyForceToCenter(to_vector({push, 0}), true);
   build_leg(0);
   build_leg(1);
@@ -138,7 +138,7 @@ void Physics::destroy() {
 
 /// Creates ground if the body is static, else a part of the walker.
 b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double density,
-                             double friction) {
+                             double friction, double mass_given) {
   const bool is_ground = body.type == b2_staticBody;
   b2FixtureDef fixture;
   fixture.shape = &shape;
@@ -157,6 +157,14 @@ b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double
     mass.I *= static_cast<float>(dynamics_.mass_scale);
     created->SetMassData(&mass);
   }
+  if (mass_given != 0) {
+    b2MassData mass;
+    created->GetMassData(&mass);
+    const float more = static_cast<float>(mass_given) - mass.mass;
+    mass.I += more * mass.center.LengthSquared();  // about the body's origin
+    mass.mass = static_cast<float>(mass_given);
+    created->SetMassData(&mass);
+  }
   return created;
 }
 
@@ -166,7 +174,7 @@ void Physics::build_ground(const Ground& ground) {
   reserve_tree_nodes(static_cast<int>(pieces + 1 + kJointCount));  // plus hull and limbs
   const auto add = [this](const b2Shape& shape) {
     const b2BodyDef body;  // static, at the origin
-    ground_.push_back(create_body(body, shape, 0, kTerrainFriction));
+    ground_.push_back(create_body(body, shape, 0, dynamics_.floor_friction));
     clear_move_buffer();
   };
   for (const auto& obstacle : ground.obstacles) {
@@ -181,17 +189,19 @@ void Physics::build_ground(const Ground& ground) {
 
 void Physics::build_leg(std::size_t leg) {
   const double side = leg == 0 ? -1 : +1;
-  const auto create_limb = [&](double center_height, double half_width) {
+  const auto create_limb = [&](double center_height, double half_width, double mass) {
     b2PolygonShape shape;
     shape.SetAsBox(static_cast<float>(half_width), static_cast<float>(kLegHeight / 2));
     return create_body(dynamic_body({kStartX, center_height}, side * kLegSpread), shape,
-                       kLimbDensity, kLimbFriction);
+                       kLimbDensity, kLimbFriction, mass);
   };
   b2Body*& upper = limbs_[2 * leg];
   b2Body*& lower = limbs_[2 * leg + 1];
-  upper = create_limb(kStartY - kLegHeight / 2 - kLegDown, kLegWidth / 2);
+  upper = create_limb(kStartY - kLegHeight / 2 - kLegDown, kLegWidth / 2,
+                      dynamics_.masses[2 * leg + 1]);
   joints_[2 * leg] = create_joint(hull_, upper, kLegDown, side, kHipLower, kHipUpper);
-  lower = create_limb(kStartY - kLegHeight * 3 / 2 - kLegDown, kLowerLegTaper * kLegWidth / 2);
+  lower = create_limb(kStartY - kLegHeight * 3 / 2 - kLegDown, kLowerLegTaper * kLegWidth / 2,
+                      dynamics_.masses[2 * leg + 2]);
   joints_[2 * leg + 1] = create_joint(upper, lower, -kLegHeight / 2, 1, kKneeLower, kKneeUpper);
 }
 

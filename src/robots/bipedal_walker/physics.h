@@ -27,15 +27,21 @@ struct WalkerParts {
   std::array<b2RevoluteJoint*, kJoints> joints;
 };
 
+/// Links in the order of a specification: the trunk, then those of the joints.
+constexpr std::array<const char*, kBodies> kLinks{"hull", "upper_leg_1", "lower_leg_1",
+                                                  "upper_leg_2", "lower_leg_2"};
+
 /// Physics of a world, Gymnasium's by default.
 struct Dynamics {
-  double gravity = kGravity;  ///< upwards [m/s^2]
+  double gravity = kGravity;                 ///< upwards [m/s^2]
+  double floor_friction = kTerrainFriction;  ///< of the ground
   double friction_scale = 1;
-  double motor_strength = 1;       ///< factor of the torque limits
-  double mass_scale = 1;           ///< factor of masses and inertias
-  double joint_damping = 0;        ///< [N m s]
-  double hip_speed = kHipSpeed;    ///< [rad/s]
-  double knee_speed = kKneeSpeed;  ///< [rad/s]
+  double motor_strength = 1;             ///< factor of the torque limits
+  double mass_scale = 1;                 ///< factor of masses and inertias
+  std::array<double, kBodies> masses{};  ///< of `kLinks` [kg]; 0: by area and mass_scale
+  double joint_damping = 0;              ///< [N m s]
+  double hip_speed = kHipSpeed;          ///< [rad/s]
+  double knee_speed = kKneeSpeed;        ///< [rad/s]
 };
 
 /// Upper bound of a saved world's numbers, in Box2D's units. A step moves a body by 2 m at most,
@@ -56,7 +62,10 @@ constexpr float kMaxSaved = 1e8F;
 ///   joint_damping c     torque = -c dq/dt on the child, the opposite on the parent; dq/dt is that
 ///                       before the step
 ///   push J              force  = J / dt on the hull's centre of mass
-///   friction            sqrt(mu_1 mu_2): hull 0.1, legs 0.2, ground 2.5, each * friction_scale
+///   friction            sqrt(mu_1 mu_2): hull 0.1, legs 0.2, ground floor_friction, by default
+///                       2.5, each * friction_scale
+///   mass                of hull and legs by their areas, * mass_scale, or given; then the inertia
+///                       about the centre of mass stays
 ///
 /// A step (b2World::Step, dt = 1/50 s, 180 velocity and 60 position iterations) finds contacts,
 /// applies forces to velocities, solves joints and contacts by sequential impulses, integrates
@@ -157,7 +166,8 @@ class Physics {
     std::array<const b2Body*, 2> lower_legs_{};
   };
 
-  b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction);
+  b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction,
+                      double mass_given = 0);
   void build_ground(const Ground& ground);
   void build_leg(std::size_t leg);
   void reserve_tree_nodes(int fixtures);

@@ -65,17 +65,15 @@ void read_walker(Specification& specification) {
   const auto physics = std::make_unique<Physics>();  // 100 KiB: too large for a stack
   physics->build(draw_ground(generator, false), 0);
   const std::array<const char*, kJointCount> joints{"hip_1", "knee_1", "hip_2", "knee_2"};
-  const std::array<const char*, kJointCount> children{"upper_leg_1", "lower_leg_1", "upper_leg_2",
-                                                      "lower_leg_2"};
-  specification.links.push_back(read_link("hull", physics->hull(), Frame{}, rgb(127, 51, 229)));
+  specification.links.push_back(read_link(kLinks[0], physics->hull(), Frame{}, rgb(127, 51, 229)));
   for (std::size_t i = 0; i < kJointCount; ++i) {
     const b2RevoluteJoint& joint = physics->joint(i);
     const bool is_hip = i == kHip1 || i == kHip2;
     const Frame parent = is_hip ? Frame{} : frame_of(*physics, i - 1);
     specification.links.push_back(
-        read_link(children[i], child_of(joint), frame_of(*physics, i), limb_color(i)));
+        read_link(kLinks[i + 1], child_of(joint), frame_of(*physics, i), limb_color(i)));
     specification.joints.push_back(
-        {joints[i], is_hip ? "hull" : children[i - 1], children[i],
+        {joints[i], is_hip ? kLinks[0] : kLinks[i], kLinks[i + 1],
          to_vector3(parent.local(joint.GetLocalAnchorA())), Vector3{0, -1, 0},
          double{joint.GetLowerLimit()}, double{joint.GetUpperLimit()},
          double{joint.GetMaxMotorTorque()}, is_hip ? kHipSpeed : kKneeSpeed});

@@ -6,6 +6,7 @@
 
 #include "base/range_finder.h"
 #include "base/shortest_text.h"
+#include "robots/link_mass.h"
 
 namespace walker::bipedal_walker {
 namespace {
@@ -14,9 +15,9 @@ static_assert(kInitialPush / kStepsPerSecond * kStepsPerSecond == kInitialPush,
               "initial_push = 0.1 must be Gymnasium's draw");
 
 auto numbers_of(const Dynamics& dynamics) {
-  return std::tie(dynamics.gravity, dynamics.friction_scale, dynamics.motor_strength,
-                  dynamics.mass_scale, dynamics.joint_damping, dynamics.hip_speed,
-                  dynamics.knee_speed);
+  return std::tie(dynamics.gravity, dynamics.floor_friction, dynamics.friction_scale,
+                  dynamics.motor_strength, dynamics.mass_scale, dynamics.masses,
+                  dynamics.joint_damping, dynamics.hip_speed, dynamics.knee_speed);
 }
 
 }  // namespace
@@ -32,9 +33,13 @@ WorldSettings settings_of(const WorldValues& values) {
   settings.level = level_of(values, kGroundSize, settings.level.ground_roughness);
   Dynamics& dynamics = settings.dynamics;
   dynamics.gravity = value_or(values, "gravity", dynamics.gravity);
+  dynamics.floor_friction = value_or(values, "floor_friction", dynamics.floor_friction);
   dynamics.friction_scale = value_or(values, "friction_scale", dynamics.friction_scale);
   dynamics.motor_strength = value_or(values, "motor_strength", dynamics.motor_strength);
   dynamics.mass_scale = value_or(values, "mass_scale", dynamics.mass_scale);
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    dynamics.masses[i] = value_or(values, mass_name(kLinks[i]), 0);
+  }
   dynamics.joint_damping = value_or(values, "joint_damping", dynamics.joint_damping);
   dynamics.hip_speed = value_or(values, "hip_speed", dynamics.hip_speed);
   dynamics.knee_speed = value_or(values, "knee_speed", dynamics.knee_speed);
@@ -54,6 +59,10 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
   std::vector<WorldParameter> parameters = level_parameters(limits, texts);
   const std::vector<WorldParameter> others{
       {"gravity", "m/s^2", "Upward acceleration in free fall.", double{kGravity}, -30, 0},
+      {"floor_friction", "",
+       "Friction of the ground, before friction_scale. A contact has the geometric mean of the "
+       "ground's and the link's.",
+       kTerrainFriction, 0, 10},
       {"friction_scale", "", "Factor of each contact's friction.", 1, 0, 10},
       {"motor_strength", "", "Factor of the motors' torque limits.", 1, 0, 5},
       {"mass_scale", "", "Factor of the masses and inertias of hull and legs.", 1, 0.2, 5},
@@ -72,6 +81,10 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
       range_noise_parameter(),
   };
   parameters.insert(parameters.end(), others.begin(), others.end());
+  parameters.push_back(mass_parameter(kLinks[0], 1, 30));
+  for (std::size_t i = 1; i < kBodies; ++i) {
+    parameters.push_back(mass_parameter(kLinks[i], 0.05, 3));
+  }
   return parameters;
 }
 

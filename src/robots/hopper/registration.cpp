@@ -36,6 +36,7 @@ std::vector<Registration> registrations() {
   kind.name = "Hopper";
   kind.model = "hopper";
   kind.num_hinges = 3;
+  kind.bodies = {"torso", "thigh", "leg", "foot"};
   kind.joint_damping = {1, 100};  // RK4 is stable up to 1390; see walker2d/registration.cpp
   kind.push_impulse = 8;          // changes the velocity of its 15.8 kg by 0.5 m/s
   kind.reward_threshold = 3800;

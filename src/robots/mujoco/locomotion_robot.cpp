@@ -155,6 +155,7 @@ PlanarOptions to_options(const Version& version, const Parameters& given) {
   specification.reward_threshold = version.kind->reward_threshold;
   specification.info_names = {"x_position", "x_velocity"};
   options.model = {version.model(), version.kind->num_hinges, version.v5_model()};
+  options.bodies = version.kind->bodies;
   options.frame_skip = kFrameSkip;
   if (version.is_v5) {
     specification.info_names = {"x_position",  "z_distance_from_origin",
@@ -229,7 +230,8 @@ Registration registration(const Version& version) {
   made.id = version.id();
   made.parameters = parameters(version);
   made.world_parameters = level_parameters();
-  const std::vector<WorldParameter> physics = physics_parameters(version.kind->joint_damping);
+  const std::vector<WorldParameter> physics =
+      physics_parameters(version.kind->joint_damping, version.kind->bodies);
   made.world_parameters.insert(made.world_parameters.end(), physics.begin(), physics.end());
   made.world_parameters.push_back(lidar_range_parameter(lidar_range(*version.kind)));
   made.world_parameters.push_back(range_noise_parameter());

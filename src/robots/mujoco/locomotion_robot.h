@@ -84,9 +84,10 @@ struct MotorWeights {
 
 /// Constants, physics and gait of one of these robots.
 struct LocomotionRobotKind {
-  std::string name;    ///< in ids, such as Hopper-v5
-  std::string model;   ///< in names of built-in models, such as hopper_v5.xml
-  int num_hinges = 0;  ///< hinges that carry a limb
+  std::string name;                 ///< in ids, such as Hopper-v5
+  std::string model;                ///< in names of built-in models, such as hopper_v5.xml
+  int num_hinges = 0;               ///< hinges that carry a limb
+  std::vector<std::string> bodies;  ///< that move, by MuJoCo's names
   double reward_threshold = std::numeric_limits<double>::quiet_NaN();  ///< Gymnasium's; NaN: none
   DampingLimits joint_damping{};                                       ///< of the world's parameter
   double push_impulse = 0;                   ///< default of the world's parameter [N s]

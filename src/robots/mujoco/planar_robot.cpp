@@ -7,6 +7,7 @@
 #include "base/engine_release.h"
 #include "base/range_finder.h"
 #include "base/unwrapped_angle.h"
+#include "robots/link_mass.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"
 
@@ -162,10 +163,18 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
       first_position_(model().nq),
       velocity_before_step_(model().nv) {
   specification_.engine_version += kSteppedBy + physics_->stepper();
+  const auto refuse = [&](const std::string& parameter, const std::string& reason) {
+    specification_.inapplicable_world_parameters.emplace_back(
+        parameter, describe_model(options.model.xml_file) + reason);
+  };
+  for (const std::string& body : options.bodies) {
+    if (mj_name2id(&model(), mjOBJ_BODY, body.c_str()) >= 0) continue;
+    refuse(mass_name(body), "the model has no body " + body);
+  }
+  if (floor_of(model()) < 0) refuse(kFloorFriction, level_refusal_->text);
   if (level_refusal_->text.empty()) return;
   for (const WorldParameter& parameter : level_parameters()) {
-    specification_.inapplicable_world_parameters.emplace_back(
-        parameter.name, describe_model(options.model.xml_file) + level_refusal_->text);
+    refuse(parameter.name, level_refusal_->text);
   }
 }
 

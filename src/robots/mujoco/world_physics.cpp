@@ -1,9 +1,11 @@
 #include "robots/mujoco/world_physics.h"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
+#include "robots/link_mass.h"
 #include "robots/mujoco/floor.h"
 #include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/physics.h"
@@ -33,6 +35,26 @@ struct AlteredModel {
   mjModel model;
   std::vector<std::shared_ptr<void>> arrays;  // replacements
 };
+
+/// Sets the floor's friction. A pair of the model that has MuJoCo's friction, the larger one of
+/// both geoms, gets it again; one with a friction of its own keeps it.
+void set_floor_friction(AlteredModel& altered, double friction) {
+  mjModel& model = altered.model;
+  altered.replace(model.geom_friction, model.geom_friction, 3 * model.ngeom);
+  altered.replace(model.pair_friction, model.pair_friction, 5 * model.npair);
+  const int floor = floor_of(model);
+  mjtNum& of_floor = at(model.geom_friction, floor, 3)[0];
+  for (int pair = 0; pair < model.npair; ++pair) {
+    const int first = model.pair_geom1[pair];
+    const int second = model.pair_geom2[pair];
+    if (first != floor && second != floor) continue;
+    const mjtNum of_limb = at(model.geom_friction, first == floor ? second : first, 3)[0];
+    mjtNum* const of_pair = at(model.pair_friction, pair, 5);
+    if (of_pair[0] != std::max(of_floor, of_limb)) continue;
+    std::fill_n(of_pair, 2, std::max(friction, of_limb));
+  }
+  of_floor = friction;
+}
 
 /// Raises the floor, and gives mjData room for contacts with corners.
 void prepare_for_level(AlteredModel& altered) {
@@ -88,8 +110,10 @@ class MassComputation {
   bool has_fixed_mean_inertia_ = false;
 };
 
-std::vector<WorldParameter> physics_parameters(const DampingLimits& damping) {
-  return {
+std::vector<WorldParameter> physics_parameters(const DampingLimits& damping,
+                                               const std::vector<std::string>& bodies) {
+  constexpr double kOwn = std::numeric_limits<double>::quiet_NaN();
+  std::vector<WorldParameter> parameters{
       {"gravity", "m/s^2", "Acceleration of free fall, upwards.", -9.81, -50, 0},
       {"friction_scale", "", "Factor of the friction of every contact.", 1, 0, 10},
       {"motor_strength", "", "Factor of the motors' torques.", 1, 0, 10},
@@ -97,13 +121,20 @@ std::vector<WorldParameter> physics_parameters(const DampingLimits& damping) {
        0.1, 10},
       {"joint_damping", "N m s", "Torque against each joint's rotation, per rad/s.",
        damping.default_value, 0, damping.maximum},
+      {kFloorFriction, "",
+       "Friction of the floor, before friction_scale. A contact has the larger one of the floor's "
+       "and the limb's.",
+       kOwn, 0, 10},
   };
+  for (const std::string& body : bodies) parameters.push_back(mass_parameter(body, 0.1, 20));
+  return parameters;
 }
 
 bool operator==(const WorldPhysics& a, const WorldPhysics& b) {
   return a.gravity == b.gravity && a.joint_damping == b.joint_damping &&
          a.friction_scale == b.friction_scale && a.motor_strength == b.motor_strength &&
-         a.mass_scale == b.mass_scale && a.has_level == b.has_level;
+         a.mass_scale == b.mass_scale && a.has_level == b.has_level &&
+         a.floor_friction == b.floor_friction && a.masses == b.masses;
 }
 
 WorldPhysics physics_of(const WorldValues& values) {
@@ -115,6 +146,12 @@ WorldPhysics physics_of(const WorldValues& values) {
   if (values.empty()) return physics;
   physics.gravity = optional("gravity");
   physics.joint_damping = optional("joint_damping");
+  physics.floor_friction = optional(kFloorFriction);
+  const std::string end = mass_name("");
+  for (const auto& [name, value] : values) {
+    const std::size_t size = name.size() - std::min(name.size(), end.size());
+    if (name.compare(size, end.size(), end) == 0) physics.masses[name.substr(0, size)] = value;
+  }
   physics.friction_scale = value_or(values, "friction_scale", physics.friction_scale);
   physics.motor_strength = value_or(values, "motor_strength", physics.motor_strength);
   physics.mass_scale = value_or(values, "mass_scale", physics.mass_scale);
@@ -136,6 +173,10 @@ ModelPointer WorldModels::model_of(const WorldPhysics& physics) {
     model.opt.gravity[2] = *physics.gravity;
     is_altered = true;
   }
+  if (physics.floor_friction) {
+    set_floor_friction(*altered, *physics.floor_friction);
+    is_altered = true;
+  }
   if (physics.friction_scale != 1) {
     altered->scale(model.geom_friction, 3 * model.ngeom, physics.friction_scale);
     altered->scale(model.pair_friction, 5 * model.npair, physics.friction_scale);
@@ -155,6 +196,13 @@ ModelPointer WorldModels::model_of(const WorldPhysics& physics) {
     altered->scale(model.body_mass, model.nbody, physics.mass_scale);
     altered->scale(model.body_inertia, 3 * model.nbody, physics.mass_scale);
     ModelPool<MassComputation>::Loan(*mass_computations_)->run(*altered);
+    is_altered = true;
+  }
+  if (!physics.masses.empty()) {
+    altered->replace(model.body_mass, model.body_mass, model.nbody);
+    for (const auto& [body, mass] : physics.masses) {
+      model.body_mass[mj_name2id(&model, mjOBJ_BODY, body.c_str())] = mass;
+    }
     is_altered = true;
   }
   if (physics.has_level) {

@@ -1,8 +1,10 @@
 // Physics of worlds: the parameters of planar robots, and models with their values.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "robots/mujoco/engine.h"
@@ -17,13 +19,20 @@ struct DampingLimits {
   double maximum;
 };
 
+/// Parameter of the floor's sliding friction.
+constexpr const char* kFloorFriction = "floor_friction";
+
 /// Returns the world's parameters of physics.
-std::vector<WorldParameter> physics_parameters(const DampingLimits& damping);
+/// @param bodies whose masses a world can set, by MuJoCo's names
+std::vector<WorldParameter> physics_parameters(const DampingLimits& damping,
+                                               const std::vector<std::string>& bodies);
 
 /// Values of a world's parameters of physics, named as these.
 struct WorldPhysics {
-  std::optional<double> gravity;        ///< empty: the model's own
-  std::optional<double> joint_damping;  ///< empty: the model's own
+  std::optional<double> gravity;         ///< empty: the model's own
+  std::optional<double> joint_damping;   ///< empty: the model's own
+  std::optional<double> floor_friction;  ///< empty: the model's own
+  std::map<std::string, double> masses;  ///< of bodies, by name [kg]
   double friction_scale = 1;
   double motor_strength = 1;
   double mass_scale = 1;
@@ -49,10 +58,13 @@ class WorldModels {
   /// Returns a model with these values, or the base model if they are its own:
   ///
   ///   gravity         opt.gravity[2]
+  ///   floor_friction  geom_friction[0] of the floor, and with it that of pairs with the floor
   ///   friction_scale  times geom_friction and pair_friction
   ///   motor_strength  times actuator_gear
   ///   mass_scale      times body_mass and body_inertia; armatures stay. mj_setConst computes what
   ///                   depends on the masses.
+  ///   BODY_mass       body_mass of one body, whatever mass_scale is; nothing else changes, as in
+  ///                   RRLS (Zouitine et al. 2024, https://arxiv.org/abs/2406.08406)
   ///   joint_damping   dof_damping of the limbs' hinges
   ///   has_level       raises the floor far above the robot (`GroundInUse`), and gives mjData more
   ///                   room for contacts

@@ -51,6 +51,7 @@ std::vector<Registration> registrations() {
   kind.name = "Walker2d";
   kind.model = "walker2d";
   kind.num_hinges = 6;
+  kind.bodies = {"torso", "thigh", "leg", "foot", "thigh_left", "leg_left", "foot_left"};
   // RK4 is stable up to 2.78 armature / timestep = 13.9 N m s, whatever the masses are.
   kind.joint_damping = {0.1, 10};
   kind.push_impulse = 12;               // changes the velocity of its 23.7 kg by 0.5 m/s

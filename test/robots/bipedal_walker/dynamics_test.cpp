@@ -173,9 +173,39 @@ TEST(DynamicsTest, MassScaleIsAFactorOfMassesAndInertias) {
   }
 }
 
-TEST(DynamicsTest, FrictionScaleIsAFactorOfEveryContacts) {
+TEST(DynamicsTest, AMassIsThatOfItsLinkWhoseInertiaStays) {
+  Generator generator(1);
+  const Ground ground = draw_ground(generator, false);
+  const auto build = [&](Physics& physics, const Dynamics& dynamics) {
+    physics.build(ground, 0, dynamics);
+    std::vector<const b2Body*> bodies{&physics.hull()};
+    for (std::size_t i = 0; i < kJointCount; ++i) bodies.push_back(&child_of(physics.joint(i)));
+    return bodies;
+  };
+  const auto inertia = [](const b2Body& body) {  // about the centre of mass
+    return body.GetInertia() - body.GetMass() * body.GetLocalCenter().LengthSquared();
+  };
+  Physics plain_physics;
+  const auto plain = build(plain_physics, with(&Dynamics::mass_scale, 2));
+  for (std::size_t link = 0; link < kBodies; ++link) {
+    Dynamics dynamics = with(&Dynamics::mass_scale, 2);
+    dynamics.masses[link] = 2.75;
+    Physics physics;
+    const auto bodies = build(physics, dynamics);
+    for (std::size_t i = 0; i < kBodies; ++i) {
+      EXPECT_EQ(bodies[i]->GetMass(), i == link ? 2.75F : plain[i]->GetMass()) << kLinks[i];
+      EXPECT_FLOAT_EQ(inertia(*bodies[i]), inertia(*plain[i])) << kLinks[i];
+      EXPECT_EQ(bodies[i]->GetWorldCenter().x, plain[i]->GetWorldCenter().x);
+      EXPECT_EQ(bodies[i]->GetWorldCenter().y, plain[i]->GetWorldCenter().y);
+    }
+  }
+}
+
+TEST(DynamicsTest, EveryContactHasTheFrictionOfFloorAndLink) {
   for (const double scale : {0.0, 0.3, 1.0, 2.0}) {
-    Flight flight(with(&Dynamics::friction_scale, scale), 0, 0);
+    Dynamics dynamics = with(&Dynamics::friction_scale, scale);
+    dynamics.floor_friction = scale + 1;
+    Flight flight(dynamics, 0, 0);
     int contacts = 0;
     for (int i = 0; i < 60; ++i) {
       flight.step();
@@ -183,7 +213,7 @@ TEST(DynamicsTest, FrictionScaleIsAFactorOfEveryContacts) {
            contact = contact->GetNext()) {
         const auto* const other = const_cast<b2Contact*>(contact)->GetFixtureB()->GetBody();
         const double own = other == &flight.physics.hull() ? 0.1 : 0.2;
-        EXPECT_NEAR(contact->GetFriction(), scale * std::sqrt(2.5 * own), 1e-6);
+        EXPECT_NEAR(contact->GetFriction(), scale * std::sqrt((scale + 1) * own), 1e-6);
         ++contacts;
       }
     }

@@ -20,9 +20,10 @@ TEST_P(SavedStateTest, HasTheSameFutureInAReusedWorld) {
   const auto make = [&id = id, &parameters] { return Stepper(id, parameters); };
   World world;
   if (kind == "noisy" || kind == "saturated") {
-    world = {{"gravity", {-12, -8}},        {"mass_scale", {0.8, 1.5}},  {"lidar_range", {2, 8}},
-             {"friction_scale", {0.3, 2}},  {"joint_damping", {0, 0.1}}, {"hip_speed", {3, 5}},
-             {"motor_strength", {0.8, 1.2}}};
+    world = {
+        {"gravity", {-12, -8}},      {"mass_scale", {0.8, 1.5}}, {"hull_mass", {4, 7}},
+        {"floor_friction", {1, 3}},  {"lidar_range", {2, 8}},    {"friction_scale", {0.3, 2}},
+        {"joint_damping", {0, 0.1}}, {"hip_speed", {3, 5}},      {"motor_strength", {0.8, 1.2}}};
   }
   const auto make_in_world = [&] {
     Stepper walker = make();

@@ -15,10 +15,13 @@ namespace {
 
 TEST(WorldSettingsTest, RegistrationHasTheParameters) {
   const std::set<std::string> expected{
-      "ground_roughness", "pit_gap",        "stump_width",  "stump_height",     "stump_float",
-      "stair_width",      "stair_height",   "stair_steps",  "stair_steps_vary", "gravity",
-      "friction_scale",   "motor_strength", "mass_scale",   "joint_damping",    "hip_speed",
-      "knee_speed",       "lidar_range",    "initial_push", "obstacle_spacing", "range_noise"};
+      "ground_roughness", "pit_gap",         "stump_width",      "stump_height",
+      "stump_float",      "stair_width",     "stair_height",     "stair_steps",
+      "stair_steps_vary", "gravity",         "friction_scale",   "motor_strength",
+      "mass_scale",       "joint_damping",   "hip_speed",        "knee_speed",
+      "lidar_range",      "initial_push",    "obstacle_spacing", "range_noise",
+      "floor_friction",   "hull_mass",       "upper_leg_1_mass", "lower_leg_1_mass",
+      "upper_leg_2_mass", "lower_leg_2_mass"};
   for (const std::string id : {kPlain, kHardcore}) {
     const Registration& registration = find_registration(id);
     std::set<std::string> names;

@@ -39,15 +39,16 @@ def play_ours(session):
     ]
 
 
-def largest_differences(ours, theirs=None):
+def largest_differences(ours, theirs=None, change=lambda model: None):
     """Returns the largest difference of any observation, reward and info for each episode of two
-    sessions with the same plans. Asserts that resets and episode lengths are equal."""
+    sessions with the same plans. `change` is called with the model of theirs. Asserts that resets
+    and episode lengths are equal."""
     ours, theirs = (
         session._replace(parameters={"max_episode_steps": STEPS, **session.parameters})
         for session in (ours, theirs or ours)
     )
     differences = []
-    for plan, our, their in zip(theirs.plans, play_ours(ours), play(theirs)):
+    for plan, our, their in zip(theirs.plans, play_ours(ours), play(theirs, change)):
         assert equal_bits(our.rows[0], their.rows[0]), plan
         assert our.rows.shape == their.rows.shape, (plan, "ended at another step")
         differences.append(np.abs(our.rows[1:] - their.rows[1:]).max())
@@ -92,6 +93,25 @@ def test_parameters(environment_id, parameters):
     plans = [Plan("random", 2**64 - 1, 1), *(Plan("saturated", None, seed) for seed in range(30))]
     session = Session(environment_id, parameters, plans)
     assert (largest_differences(session) <= NEAR).mean() >= 0.96
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+@pytest.mark.parametrize("friction", [0.1, 1.3, 4])
+def test_floor_friction_and_masses(environment_id, friction):
+    """As RRLS sets them: nothing else in the model changes."""
+    masses = {"torso": 0.5, "thigh": 6, "leg": 1.5, "foot": 5}
+    if robot_of(environment_id) == "Walker2d":
+        masses.update({"thigh_left": 2, "leg_left": 0.7, "foot_left": 0.4})
+    world = {"floor_friction": friction, **{f"{body}_mass": m for body, m in masses.items()}}
+
+    def change(model):
+        model.geom("floor").friction[0] = friction
+        for body, mass in masses.items():
+            model.body(body).mass = mass
+
+    plans = plans_of("random", 30)
+    ours, theirs = (Session(environment_id, each, plans) for each in ({"world": world}, {}))
+    assert (largest_differences(ours, theirs, change) <= NEAR).mean() >= 0.93
 
 
 @pytest.mark.parametrize("environment_id", IDS[1::2])

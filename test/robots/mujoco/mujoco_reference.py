@@ -83,8 +83,9 @@ class Actions:
         return rounded(-0.5 * (angles + off_level) - 0.05 * speeds + self._slow)
 
 
-def play(session):
-    """Plays a session in one Gymnasium environment and returns a list of Episode.
+def play(session, change=lambda model: None):
+    """Plays a session in one Gymnasium environment and returns a list of Episode. `change` is
+    called with its model.
 
     For a pair of geoms, MuJoCo 2.2 and 3.2 use the larger margin, MuJoCo 4.0 the sum. Hopper's
     geoms all have the same margin, so half of it in 4.0 equals the whole margin here.
@@ -94,6 +95,7 @@ def play(session):
     )
     if int(mujoco.__version__.partition(".")[0]) >= 4:
         environment.unwrapped.model.geom_margin[:] /= 2
+    change(environment.unwrapped.model)
     info_names = INFO_NAMES[session.environment_id]
     size = action_size(session.environment_id)
     return [

@@ -24,6 +24,7 @@ TEST_P(SavedStateTest, HasTheSameFutureByTheOther) {
   World world;
   if (kind == "balance") {
     world = {{"gravity", {-12, -5}},    {"mass_scale", {0.8, 1.5}},
+             {"thigh_mass", {2, 6}},    {"floor_friction", {1, 3}},
              {"lidar_range", {1, 4}},   {"friction_scale", {0.3, 2}},
              {"joint_damping", {0, 1}}, {"motor_strength", {0.8, 1.2}}};
   }

@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "bits.h"
+#include "robots/mujoco/floor.h"
 #include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/model_file.h"
@@ -76,16 +79,24 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
       names.push_back(parameter.name);
       if (names.size() <= level_parameters().size()) continue;  // ground_test.cpp has the level's
       defaults[parameter.name] = parameter.default_value;
+      EXPECT_FALSE(parameter.is_whole);
+      if (std::isnan(parameter.default_value)) {
+        defaults.erase(parameter.name);
+        continue;
+      }
       EXPECT_LE(parameter.minimum, parameter.default_value);
       EXPECT_LE(parameter.default_value, parameter.maximum);
-      EXPECT_FALSE(parameter.is_whole);
     }
-    EXPECT_EQ(names,
-              (std::vector<std::string>{
-                  "ground_roughness", "pit_gap", "stump_width", "stump_height", "stump_float",
-                  "stair_width", "stair_height", "stair_steps", "stair_steps_vary",
-                  "obstacle_spacing", "gravity", "friction_scale", "motor_strength", "mass_scale",
-                  "joint_damping", "lidar_range", "range_noise"}));
+    std::vector<std::string> expected{
+        "ground_roughness", "pit_gap",          "stump_width",   "stump_height",
+        "stump_float",      "stair_width",      "stair_height",  "stair_steps",
+        "stair_steps_vary", "obstacle_spacing", "gravity",       "friction_scale",
+        "motor_strength",   "mass_scale",       "joint_damping", "floor_friction",
+        "torso_mass",       "thigh_mass",       "leg_mass",      "foot_mass"};
+    if (id[0] == 'W')
+      expected.insert(expected.end(), {"thigh_left_mass", "leg_left_mass", "foot_left_mass"});
+    expected.insert(expected.end(), {"lidar_range", "range_noise"});
+    EXPECT_EQ(names, expected);
     EXPECT_EQ(WorldModels(model).model_of(physics_of(defaults)), model)
         << id << ": the defaults are the model's own";
   }
@@ -164,6 +175,47 @@ TEST(WorldPhysicsTest, EachParameterChangesItsFields) {
       const Numbers& before = values[i++].second;
       if (factors.count(name) == 0) continue;
       EXPECT_EQ(numbers, scaled(before.data(), before.size(), factors.at(name))) << name;
+    }
+  }
+}
+
+/// MuJoCo's contacts have the larger one of two frictions; the models' pairs spell it out.
+TEST(WorldPhysicsTest, FloorFrictionIsThatOfTheFloorsContacts) {
+  for (const char* file : kBuiltin) {
+    for (const double friction : {0.1, 0.8, 1.5, 3.0}) {
+      const ModelPointer model = model_of(file, {{"floor_friction", friction}});
+      const int floor = floor_of(*model);
+      int count = 0;
+      for (int pair = 0; pair < model->npair; ++pair) {
+        const int limb = model->pair_geom2[pair];
+        if (model->pair_geom1[pair] != floor) continue;
+        ++count;
+        const double expected = std::max(friction, at(model->geom_friction, limb, 3)[0]);
+        EXPECT_EQ(at(model->pair_friction, pair, 5)[0], expected);
+        EXPECT_EQ(at(model->pair_friction, pair, 5)[1], expected);
+      }
+      EXPECT_EQ(count, model->nbody - 1) << "each limb";
+      EXPECT_EQ(at(model->geom_friction, floor, 3)[0], friction);
+    }
+  }
+}
+
+/// Alone, and whatever mass_scale is.
+TEST(WorldPhysicsTest, AMassIsThatOfItsBodyAlone) {
+  const ModelPointer model = load_model("walker2d_v5.xml");
+  for (const double scale : {1.0, 2.0}) {
+    const WorldValues scaled{{"mass_scale", scale}};
+    ModelPointer expected = model_of("walker2d_v5.xml", scaled);
+    auto values = values_in(*expected);
+    WorldValues world = scaled;
+    world["thigh_left_mass"] = 5;
+    const ModelPointer altered = model_of("walker2d_v5.xml", world);
+    const int body = mj_name2id(altered.get(), mjOBJ_BODY, "thigh_left");
+    std::size_t i = 0;
+    for (const auto& [name, numbers] : values_in(*altered)) {
+      Numbers before = values[i++].second;
+      if (name == "body_mass") before.at(static_cast<std::size_t>(body)) = 5;
+      EXPECT_EQ(to_bits(numbers), to_bits(before)) << name;
     }
   }
 }

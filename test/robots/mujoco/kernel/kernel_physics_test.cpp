@@ -222,6 +222,8 @@ TEST_P(KernelPhysicsTest, StepsEveryWorldsModelAsTheLibrary) {
   for (const WorldValues& world : std::vector<WorldValues>{{{"gravity", 0}},
                                                            {{"friction_scale", 0}},
                                                            {{"mass_scale", 0.1}},
+                                                           {{"torso_mass", 6}, {"leg_mass", 0.1}},
+                                                           {{"floor_friction", 4}},
                                                            {},
                                                            {{"motor_strength", 2}},
                                                            {{"joint_damping", 3}}}) {

@@ -146,7 +146,10 @@ class KernelGroupTest : public testing::TestWithParam<const char*> {
     for (const char* version : {"_v4.xml", "_v5.xml"}) {
       WorldModels models(load_model(GetParam() + std::string(version)));
       for (const WorldValues& instance : std::vector<WorldValues>{
-               {}, {{"gravity", -2}, {"joint_damping", 1}}, {{"mass_scale", 3}}}) {
+               {},
+               {{"gravity", -2}, {"joint_damping", 1}},
+               {{"mass_scale", 3}},
+               {{"torso_mass", 0.1}, {"foot_mass", 6}, {"floor_friction", 3}}}) {
         all.push_back(values_of(*models.model_of(physics_of(instance))));
       }
     }
