@@ -68,7 +68,14 @@ EVALUATE_ERRORS = [  # words after "evaluate BipedalWalker-v3"
     ("--world moon {gravity:-1.62}", "{gravity:-1.62}: must be another world than moon"),
     ("--grid gravity=-1e999", "gravity = -.inf: must be finite, in [-30.0, 0.0]"),
     ("--grid gravity=-9 --grid gravity=-8", "--grid gravity: given twice"),
-    ("--grid gravity=1 --grid dropout=0 --grid friction_scale=1", "at most 2 times"),
+    (
+        "--grid gravity=1 --grid dropout=0 --grid friction_scale=1 --grid hull_mass=5",
+        "at most 3 times",
+    ),
+    (
+        "--grid gravity=-1 --grid dropout=0 --grid friction_scale=1 --plot grid.png",
+        "at most two --grid, not 3",
+    ),
     ("--grid gravity=-31:-29:1", "gravity = -31.0: must be in [-30.0, 0.0] m/s^2"),
     ("--grid gravty=1", "world parameter gravty = 1.0: unknown"),
     ("--grid stair_steps=1.5", "stair_steps = 1.5: must be a whole number"),

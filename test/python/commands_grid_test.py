@@ -81,6 +81,22 @@ def test_table(evaluate):
         assert row[:7] == [*pair, *numbers, f"{cell['difference']:+.1f}"]
 
 
+def test_the_worst_of_three_axes(evaluate):
+    axes = ("floor_friction=0.1,3", "torso_mass=1,3.7", "gravity=-12,-9.81")
+    grid = [word for axis in axes for word in ("--grid", axis)]
+    out, found = evaluate("Hopper-v5", "--policy", "shipped", *grid, "--episodes", 3)
+    means = [cell["mean"] for cell in found["cells"]]
+    assert len(means) == 8
+    assert found["mean_of_cells"] == pytest.approx(np.mean(means))
+    worst = found["cells"][np.argmin(means)]
+    assert found["worst_cell"] == {"mean": worst["mean"], "world": worst["world"]}
+    values = ", ".join(f"{name}={value:g}" for name, value in worst["values"].items())
+    assert (
+        f"worst of the 8 worlds: {min(means):,.1f} in {values}; mean of them: "
+        f"{np.mean(means):,.1f}\n" in out
+    )
+
+
 def test_worlds_are_rows(evaluate):
     """The words of the walker may follow --world."""
     words = ["--world", "slippery", "moon", "Hopper-v5", "reset_noise_scale=0.01"]

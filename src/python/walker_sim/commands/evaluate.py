@@ -99,7 +99,7 @@ def _parser() -> common.Parser:
         default=[],
         metavar="NAME=VALUES",
         help="values of a parameter for each --world, as FIRST:END:STEP, which includes END, or "
-        "VALUE,VALUE,...: push_impulse=0:40:10. Two --grid options play all pairs of values",
+        "VALUE,VALUE,...: push_impulse=0:40:10. Several --grid options play all combinations",
     )
     common.add_walker_options(parser)
     common.add_num_envs(parser)
@@ -230,7 +230,7 @@ def run(arguments: Sequence[str]) -> int:
     common.split_worlds(options)
     env_id, parameters = common.walker_of(options.walker)
     if options.plot:
-        plots.check_format(options.plot)  # fails before the episodes, which may take hours
+        plots.check(options.plot, len(options.grid))  # fails before the episodes, which may take hours
     seeds = common.chosen_seeds(options)
     grid = make_grid(env_id, options.worlds, options.grid, len(seeds))
     options.world = options.worlds[0] if options.worlds and not grid else None

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Sequence
 from walker_sim.commands.options import MAX_SEEDS, InputError
 from walker_sim.worlds import World, read_world, to_world
 
-MAX_AXES = 2
+MAX_AXES = 3
 MAX_VALUES = 1000
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 # The names of check_steps in src/episode/disturbances.cpp.
@@ -47,6 +47,11 @@ class Grid(NamedTuple):
     def worlds(self) -> list[World]:
         """Returns the plain world, then those of the cells."""
         return [{}, *(cell.world for cell in self.cells)]
+
+    def text_of(self, cell: Cell) -> str:
+        """Returns the text of a cell's --world and values."""
+        given = [f"{axis.name}={value:.12g}" for axis, value in zip(self.axes, cell.values)]
+        return ", ".join([*filter(None, [cell.row]), *given])
 
 
 def axis(text: str) -> Axis:
@@ -134,8 +139,7 @@ def refuse_equal(grid: Grid, dt: float) -> None:
 
     seen: dict[frozenset[Any], str] = {}
     for cell in grid.cells:
-        given = [f"{axis.name}={value:.12g}" for axis, value in zip(grid.axes, cell.values)]
-        text = ", ".join([*filter(None, [cell.row]), *given])
+        text = grid.text_of(cell)
         key = frozenset((name, rounded(name, cell.world)) for name in cell.world)
         if seen.setdefault(key, text) != text:
             raise InputError(

@@ -33,8 +33,10 @@ def make_figure(**keywords: Any) -> Any:
         raise InputError(f"--plot needs matplotlib: pip install matplotlib ({error})") from error
 
 
-def check_format(path: Path) -> None:
-    """Raises InputError if matplotlib cannot write this file format."""
+def check(path: Path, number_of_axes: int) -> None:
+    """Raises InputError if matplotlib cannot write this file format, or draw so many axes."""
+    if number_of_axes > 2:
+        raise InputError(f"--plot {path}: must have at most two --grid, not {number_of_axes}")
     formats = sorted(make_figure().canvas.get_supported_filetypes())
     if path.suffix[1:] not in formats:
         raise InputError(f"--plot {path}: must end in .{', .'.join(formats)}")

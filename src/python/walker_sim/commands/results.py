@@ -212,7 +212,18 @@ def _tabulate(
     right = [[*columns, "95 % interval"], *map(list, zip(*columns.values(), differences))]
     table = zip(_aligned(left, str.ljust), _aligned(right, str.rjust))
     lines = [f"  {first}  {second}".rstrip() for first, second in table]
-    return [*lines, "", NOTES, *filter(None, [grid.note])]
+    least, mean = worst_and_mean(found)
+    overall = (
+        f"worst of the {len(grid.cells)} worlds: {rounded(least.summary.mean)} in "
+        f"{grid.text_of(least.cell)}; mean of them: {rounded(mean)}"
+    )
+    return [*lines, "", overall, NOTES, *filter(None, [grid.note])]
+
+
+def worst_and_mean(found: Sequence[WorldResult]) -> tuple[Any, float]:
+    """Returns the result of the cell with the least mean return, and the mean of all cells."""
+    means = [one.summary.mean for one in found[1:]]
+    return found[1 + int(np.argmin(means))], float(np.mean(means))
 
 
 def _aligned(rows: Sequence[Sequence[str]], align: Callable[[str, int], str]) -> list[str]:
@@ -242,7 +253,9 @@ def write_json(
     fields: dict[str, Any] = {**head, "interval_method": METHOD}
     if grid:
         axes = {axis.name: axis.values for axis in grid.axes}
-        fields.update(grid=axes, plain=first, cells=cells)
+        least, mean = worst_and_mean(found)
+        worst = {"mean": least.summary.mean, "world": least.cell.world}
+        fields.update(grid=axes, mean_of_cells=mean, worst_cell=worst, plain=first, cells=cells)
     else:
         fields.update(first)
     replace_file(path, (json.dumps(fields, indent=1) + "\n").encode())
