@@ -41,7 +41,9 @@ class DescribeTest(unittest.TestCase):
         done = describe(*arguments)
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertTrue(done.stderr.startswith("describe: "), done.stderr)
-        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        # A limit of file sizes also stops what measures the coverage, which reports it.
+        lines = [line for line in done.stderr.splitlines() if not line.startswith("libgcov")]
+        self.assertEqual(len(lines), 1, done.stderr)
         self.assertIn(text, done.stderr)
 
     def test_help_names_every_option(self):
