@@ -11,11 +11,20 @@ namespace walker {
 namespace {
 
 /// Names of the parameters that `Disturbances` reads.
-constexpr std::array<const char*, 12> kNames{
-    "push_interval",          "push_impulse",          "action_delay",
-    "action_noise",           "observation_delay",     "dropout",
-    "joint_position_noise",   "joint_velocity_noise",  "orientation_noise",
-    "angular_velocity_noise", "linear_velocity_noise", "range_noise"};
+constexpr std::array<const char*, 14> kNames{"force_x",
+                                             "force_z",
+                                             "push_interval",
+                                             "push_impulse",
+                                             "action_delay",
+                                             "action_noise",
+                                             "observation_delay",
+                                             "dropout",
+                                             "joint_position_noise",
+                                             "joint_velocity_noise",
+                                             "orientation_noise",
+                                             "angular_velocity_noise",
+                                             "linear_velocity_noise",
+                                             "range_noise"};
 
 std::uint32_t to_steps(double seconds, double dt) {
   return static_cast<std::uint32_t>(std::lround(seconds / dt));
@@ -101,7 +110,9 @@ WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
 
 Disturbances::Disturbances(const WorldValues& values, const Specification& specification,
                            const GeneratorState& episode)
-    : action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
+    : constant_push_{value_or(values, "force_x", 0) * specification.dt,
+                     value_or(values, "force_z", 0) * specification.dt},
+      action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
       observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification.dt)),
       ranges_are_optional_(specification.range_finder.is_optional),
       action_noise_(value_or(values, "action_noise", 0)),
@@ -148,10 +159,11 @@ void Disturbances::begin_step(const double* action, std::uint32_t step, RobotSte
     for (std::size_t i = 0; i < size; ++i) action_[i] += action_noise_ * normals_[i];
   }
   robot_step.action = action_.data();
-  robot_step.push = {};
+  robot_step.push = constant_push_;
   if (push_period_ == 0 || step % push_period_ != 0) return;
   const double direction = push_generator_.uniform(0, 2 * M_PI);
-  robot_step.push = {push_impulse_ * std::cos(direction), push_impulse_ * std::sin(direction)};
+  robot_step.push[0] += push_impulse_ * std::cos(direction);
+  robot_step.push[1] += push_impulse_ * std::sin(direction);
 }
 
 void Disturbances::observe(Robot& robot, std::uint32_t step, double* observation) {

@@ -48,8 +48,8 @@ class WALKER_SIM_EXPORT CheckedWorld {
 /// round(seconds / dt). n is a standard normal number, drawn anew for each use:
 ///
 ///   action       action_(k-d) + action_noise n; for k <= d, 0 + action_noise n. Not clamped
-///   push         if k is a multiple of the period: the impulse push_impulse (cos u, sin u) along x
-///                and z [N s], u uniform in [0, 2 pi)
+///   push         (force_x, force_z) dt along x and z [N s]; if k is a multiple of the period, plus
+///                the impulse push_impulse (cos u, sin u), u uniform in [0, 2 pi)
 ///   noise        each measured quantity (joints, trunk, ranges) + its deviation * n; observation
 ///                and sensors of a state have the same errors
 ///   observation  that of step max(k - d, 0); except after a reset, with the probability `dropout`
@@ -106,9 +106,10 @@ class Disturbances {
   void remember_sensors(Robot& robot);
   bool is_delayed() const { return observation_delay_ != 0 || dropout_ > 0; }
 
-  std::uint32_t push_period_ = 0;    // steps; 0: no pushes
-  std::uint32_t action_delay_;       // steps
-  std::uint32_t observation_delay_;  // steps
+  std::array<double, 2> constant_push_;  // in each step, along x and z [N s]
+  std::uint32_t push_period_ = 0;        // steps; 0: no pushes
+  std::uint32_t action_delay_;           // steps
+  std::uint32_t observation_delay_;      // steps
   bool has_noise_ = false;
   bool ranges_are_optional_;
   double push_impulse_ = 0;  // [N s]

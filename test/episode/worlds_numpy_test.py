@@ -169,15 +169,19 @@ def test_every_level(environment_id, name):
 @pytest.mark.parametrize("environment_id", ["BipedalWalker-v3", "Walker2d-v5"])
 def test_pushes_and_errors_of_actions(environment_id):
     env = make_ours(environment_id)
-    size, period = env.action_space.shape[0], 3
-    world = f"{{push_interval: {period * env.unwrapped.dt}, push_impulse: 2, action_noise: 0.25}}"
+    size, period, dt = env.action_space.shape[0], 3, env.unwrapped.dt
+    world = (
+        f"{{push_interval: {period * dt}, push_impulse: 2, action_noise: 0.25, force_x: -3,"
+        " force_z: 1.5}"
+    )
     for seed in SEEDS:
         episode = np.random.default_rng(seed)
         pushing, acting = derive(episode, "push"), derive(episode, "action")
         pushes, errors = disturbances(environment_id, world, seed, 40, size)
         for step in range(1, 41):
             angle = pushing.uniform(0, 2 * math.pi) if step % period == 0 else None
-            push = [0, 0] if angle is None else [2 * math.cos(angle), 2 * math.sin(angle)]
+            drawn = [0, 0] if angle is None else [2 * math.cos(angle), 2 * math.sin(angle)]
+            push = [-3 * dt + drawn[0], 1.5 * dt + drawn[1]]
             assert equal_bits(pushes[step - 1], push)
             assert equal_bits(errors[step - 1], 0.25 * np.array(normals(acting, size)))
 
