@@ -230,7 +230,9 @@ def run(arguments: Sequence[str]) -> int:
     common.split_worlds(options)
     env_id, parameters = common.walker_of(options.walker)
     if options.plot:
-        plots.check(options.plot, len(options.grid))  # fails before the episodes, which may take hours
+        plots.check(
+            options.plot, len(options.grid)
+        )  # fails before the episodes, which may take hours
     seeds = common.chosen_seeds(options)
     grid = make_grid(env_id, options.worlds, options.grid, len(seeds))
     options.world = options.worlds[0] if options.worlds and not grid else None
