@@ -22,10 +22,7 @@ std::vector<ParameterDescription> agent_parameters() {
       {"agent", std::string("heuristic"), "", "Agent: policy, heuristic or random.", 0, 0},
       {"policy", std::string(), "",
        "Policy file; shipped: the package's policy for the environment; robust: its robust one; "
-       "terrain: the one that sees the ground, for Walker2d-v5 with include_lidar_in_observation; "
-       "empty: in a world other than Gymnasium's terrain or else robust, if the package has one "
-       "for "
-       "these observations, otherwise shipped.",
+       "empty: the robust one if the world is not Gymnasium's, else the shipped one.",
        0, 0},
       {"server", std::string("walker_sim"), "", "Name of the server's node.", 0, 0},
       {"env", std::string(), "", "Id of the environment; empty: the server's.", 0, 0},
@@ -73,34 +70,6 @@ AgentOptions read_agent_options() {
   return options;
 }
 
-namespace {
-
-bool is_kind(const std::string& policy) {
-  return policy == "shipped" || policy == "robust" || policy == "terrain";
-}
-
-std::string included_policy(const std::string& id, const std::string& kind) {
-  return ros::package::getPath("walker_sim") + "/assets/policies/" + id +
-         (kind == "shipped" ? "" : "-" + kind) + ".safetensors";
-}
-
-/// Returns the kind of included policy that walks in a world.
-std::string find_kind(const Specification& specification, const World& world) {
-  if (world.empty()) return "shipped";
-  for (const char* const kind : {"terrain", "robust"}) {
-    const std::string file = included_policy(specification.id, kind);
-    if (!std::ifstream(file).good()) continue;
-    const Policy policy(file);
-    if (policy.observation_size() != specification.observation_size()) continue;  // of the lidar
-    ROS_INFO("The world is not Gymnasium's, so the %s policy walks; the other is policy:=shipped",
-             kind);
-    return kind;
-  }
-  return "shipped";
-}
-
-}  // namespace
-
 std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification,
                                   const World& world) {
   if (options.agent != "policy") {
@@ -114,16 +83,24 @@ std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specificati
     }
     return make_agent(options.agent, specification, options.agent_seed);
   }
-  if (!options.policy.empty() && !is_kind(options.policy)) {
-    return make_policy_agent(expand_home(options.policy), specification);
+  const std::string& policy = options.policy;
+  if (!policy.empty() && policy != "shipped" && policy != "robust") {
+    return make_policy_agent(expand_home(policy), specification);
   }
-  const std::string kind =
-      options.policy.empty() ? find_kind(specification, world) : options.policy;
-  if (!std::ifstream(included_policy(specification.id, kind)).good()) {
-    throw std::invalid_argument("policy = " + kind + ": the package has none for " +
-                                specification.id);
+  const std::string file =
+      ros::package::getPath("walker_sim") + "/assets/policies/" + specification.id;
+  const std::string robust = file + "-robust.safetensors";
+  const bool has_robust = std::ifstream(robust).good();
+  if (policy == "robust" && !has_robust) {
+    throw std::invalid_argument("policy = robust: the package has none for " + specification.id);
   }
-  return make_policy_agent(included_policy(specification.id, kind), specification);
+  const bool is_chosen_here = policy.empty() && has_robust && !world.empty();
+  if (is_chosen_here) {
+    ROS_INFO(
+        "The world is not Gymnasium's, so the robust policy walks; the other is policy:=shipped");
+  }
+  const bool is_robust = policy == "robust" || is_chosen_here;
+  return make_policy_agent(is_robust ? robust : file + ".safetensors", specification);
 }
 
 }  // namespace walker

@@ -18,7 +18,7 @@ namespace walker {
 /// Values of the nodes' private parameters.
 struct AgentOptions {
   std::string agent;                 ///< ~agent: policy, heuristic or random
-  std::string policy;                ///< ~policy: a file or a kind; empty: see `make_agent`
+  std::string policy;                ///< ~policy: policy file, shipped or robust; empty: either
   std::string server;                ///< ~server: the server's name, relative to the namespace
   std::string env;                   ///< ~env: id of the environment; empty: the server's
   std::vector<std::uint64_t> seeds;  ///< ~seeds: used in turn; empty: none are sent
@@ -37,8 +37,7 @@ std::vector<ParameterDescription> agent_parameters();
 AgentOptions read_agent_options();
 
 /// Makes the agent that the options choose. Without a choice of a policy it is the shipped one or,
-/// in a world other than Gymnasium's, the terrain or else the robust one, if the package has one
-/// for the environment's observations.
+/// in a world other than Gymnasium's, the robust one if the package has it.
 /// @throws std::invalid_argument if an option is invalid, or the agent does not fit the environment
 std::unique_ptr<Agent> make_agent(const AgentOptions& options, const Specification& specification,
                                   const World& world);
