@@ -229,10 +229,8 @@ def run(arguments: Sequence[str]) -> int:
     options = _parser().parse_intermixed_args(arguments)
     common.split_worlds(options)
     env_id, parameters = common.walker_of(options.walker)
-    if options.plot:
-        plots.check(
-            options.plot, len(options.grid)
-        )  # fails before the episodes, which may take hours
+    if options.plot:  # fails before the episodes, which may take hours
+        plots.check(options.plot, len(options.grid))
     seeds = common.chosen_seeds(options)
     grid = make_grid(env_id, options.worlds, options.grid, len(seeds))
     options.world = options.worlds[0] if options.worlds and not grid else None
