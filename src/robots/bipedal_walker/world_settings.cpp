@@ -4,9 +4,9 @@
 #include <string>
 #include <tuple>
 
+#include "base/link_mass.h"
 #include "base/range_finder.h"
 #include "base/shortest_text.h"
-#include "robots/link_mass.h"
 
 namespace walker::bipedal_walker {
 namespace {

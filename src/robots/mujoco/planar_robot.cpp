@@ -5,9 +5,9 @@
 
 #include "base/checks.h"
 #include "base/engine_release.h"
+#include "base/link_mass.h"
 #include "base/range_finder.h"
 #include "base/unwrapped_angle.h"
-#include "robots/link_mass.h"
 #include "robots/mujoco/model.h"
 #include "robots/mujoco/physics.h"
 

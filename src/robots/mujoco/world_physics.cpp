@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "robots/link_mass.h"
+#include "base/link_mass.h"
 #include "robots/mujoco/floor.h"
 #include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/physics.h"
