@@ -11,9 +11,7 @@ namespace walker {
 namespace {
 
 /// Names of the parameters that `Disturbances` reads.
-constexpr std::array<const char*, 14> kNames{"force_x",
-                                             "force_z",
-                                             "push_interval",
+constexpr std::array<const char*, 14> kNames{"push_interval",
                                              "push_impulse",
                                              "action_delay",
                                              "action_noise",
@@ -24,7 +22,9 @@ constexpr std::array<const char*, 14> kNames{"force_x",
                                              "orientation_noise",
                                              "angular_velocity_noise",
                                              "linear_velocity_noise",
-                                             "range_noise"};
+                                             "range_noise",
+                                             "force_x",
+                                             "force_z"};
 
 std::uint32_t to_steps(double seconds, double dt) {
   return static_cast<std::uint32_t>(std::lround(seconds / dt));

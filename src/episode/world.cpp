@@ -31,10 +31,10 @@ std::vector<WorldParameter> common_parameters(const Registration& registration) 
                           0,
                           maximum};
   };
-  const double force = kMaxPushes * push;  // in a second
+  const double max_force = kMaxPushes * push;  // [N]: in a second the impulse of the largest push
   return {
-      {"force_x", "N", "Constant force on the trunk along x.", 0, -force, force},
-      {"force_z", "N", "Constant force on the trunk along z, upwards.", 0, -force, force},
+      {"force_x", "N", "Constant force on the trunk along x.", 0, -max_force, max_force},
+      {"force_z", "N", "Constant force on the trunk along z, upwards.", 0, -max_force, max_force},
       {"push_interval", "s", "Time from one push on the trunk to the next, in whole steps.",
        kNothing, 1e-3, 1000},
       {"push_impulse", "N s", "Impulse of a push; its direction is drawn.", push, 0,

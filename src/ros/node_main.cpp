@@ -43,9 +43,9 @@ namespace {
 
 // An unobstructed shutdown takes less. After this time the watching thread probes the master.
 constexpr std::chrono::milliseconds kShutdownTimeout{500};
-// Then the node exits, although the master answers new calls: roscpp unregisters over a connection
-// that it has kept open, which the network may have lost. roslaunch kills nodes after 15 s.
-constexpr std::chrono::seconds kLongestShutdown{10};
+// After this time the node exits even if the master answers new calls: roscpp unregisters over a
+// connection that it keeps open, which the network may have lost. roslaunch kills nodes after 15 s.
+constexpr std::chrono::seconds kMaxShutdown{10};
 // An error may list all allowed values, and may quote a peer.
 constexpr std::size_t kMaxErrorBytes = 8000;
 
@@ -120,11 +120,11 @@ class EndOnSignals {
     if (!is_started && end.wait_for(kShutdownTimeout) != std::future_status::ready && !is_started) {
       std::_Exit(EXIT_SUCCESS);
     }
-    const auto longest = std::chrono::steady_clock::now() + kLongestShutdown;
+    const auto deadline = std::chrono::steady_clock::now() + kMaxShutdown;
     while (end.wait_for(kShutdownTimeout) != std::future_status::ready) {
       ros::requestShutdown();  // again: ros::start clears an earlier request
       const bool hangs = master_hangs();
-      if (!hangs && std::chrono::steady_clock::now() < longest) continue;
+      if (!hangs && std::chrono::steady_clock::now() < deadline) continue;
       is_done_within(kShutdownTimeout, [hangs] {  // a full pipe may block this, too
         const char* const reason = hangs ? "The ROS master does not answer" : "A connection stalls";
         std::fprintf(stderr, "%s: the node exits without unregistering\n", reason);

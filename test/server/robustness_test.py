@@ -18,9 +18,9 @@ from walker_sim.msg import Transition
 MAX_EXIT = 15  # wall seconds; a clean exit takes less than 1
 
 
-class StallingWay:
-    """Passes a master's connections on, until `stall`: then those that are open transfer nothing
-    any more, as on a network that has lost them, while new ones work."""
+class StallingProxy:
+    """Forwards connections to a master. After `stall`, those that are open transfer nothing any more,
+    as on a network that has lost them, while new ones work."""
 
     def __init__(self, master_uri):
         self._master = master_uri.rpartition("/")[2].split(":")
@@ -41,11 +41,11 @@ class StallingWay:
             while True:
                 ends = self._listener.accept()[0], socket.create_connection(self._master)
                 for source, target in (ends, reversed(ends)):
-                    way = (source, target, self._stalled)
-                    threading.Thread(target=self._pass_on, args=way, daemon=True).start()
+                    direction = (source, target, self._stalled)
+                    threading.Thread(target=self._forward, args=direction, daemon=True).start()
 
     @staticmethod
-    def _pass_on(source, target, stalled):
+    def _forward(source, target, stalled):
         with contextlib.suppress(OSError):
             while content := source.recv(65536):
                 if stalled.is_set():
@@ -201,10 +201,10 @@ class RobustnessTest(ServerTest):
             self.assertEqual(server.stop(end, MAX_EXIT), 0, server.output())
 
     def test_a_signal_ends_the_server_whose_connections_to_the_master_stall(self):
-        way = StallingWay(self.own_master().uri)
-        self.addCleanup(way.close)
-        server = self.serve_lockstep(master_uri=way.uri)
-        way.stall()
+        proxy = StallingProxy(self.own_master().uri)
+        self.addCleanup(proxy.close)
+        server = self.serve_lockstep(master_uri=proxy.uri)
+        proxy.stall()
         self.assertEqual(server.stop(signal.SIGTERM, MAX_EXIT), 0, server.output())
         self.assertIn("A connection stalls", server.output())
 

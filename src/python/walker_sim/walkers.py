@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, Any, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -60,6 +60,11 @@ def spaces_of(specification: Specification) -> tuple[Box, Box]:
     return box("observation", specification["observation_dtype"]), box("action", "float32")
 
 
+def has_lidar(parameters: Mapping[str, Any]) -> bool:
+    """Whether an environment with these parameters, values or texts, observes an optional lidar."""
+    return str(parameters.get("include_lidar_in_observation")).lower() == "true"
+
+
 def attributes_of(specification: Specification) -> dict[str, Any]:
     """Returns the constant attributes: ``hardcore`` of BipedalWalker, ``observation_structure`` of
     Walker2d-v5 and Hopper-v5."""
@@ -69,7 +74,7 @@ def attributes_of(specification: Specification) -> dict[str, Any]:
         attributes["hardcore"] = parameters["hardcore"] == "true"
     if "frame_skip" in parameters:  # v5
         skipped = int(parameters["exclude_current_positions_from_observation"] == "true")
-        lidar = LIDAR_RAYS if parameters["include_lidar_in_observation"] == "true" else 0
+        lidar = LIDAR_RAYS if has_lidar(parameters) else 0
         size = (len(specification["observation_low"]) - lidar + skipped) // 2  # nq = nv
         attributes["observation_structure"] = {
             "skipped_qpos": skipped,

@@ -137,6 +137,7 @@ void Physics::destroy() {
 }
 
 /// Creates ground if the body is static, else a part of the walker.
+/// @param mass_given [kg]; 0: by density and mass_scale
 b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double density,
                              double friction, double mass_given) {
   const bool is_ground = body.type == b2_staticBody;
@@ -149,22 +150,18 @@ b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double
   fixture.filter.maskBits = is_ground ? kAllCategories : kGroundCategory;
   b2Body* created = world_.CreateBody(&body);
   created->CreateFixture(&fixture);
-  if (!is_ground && dynamics_.mass_scale != 1) {
-    // A scaled density would round the centre of mass, which the kernel's worlds share.
-    b2MassData mass;
-    created->GetMassData(&mass);
-    mass.mass *= static_cast<float>(dynamics_.mass_scale);
-    mass.I *= static_cast<float>(dynamics_.mass_scale);
-    created->SetMassData(&mass);
-  }
+  if (is_ground || (dynamics_.mass_scale == 1 && mass_given == 0)) return created;
+  // A scaled density would round the centre of mass, which the kernel's worlds share.
+  b2MassData mass;
+  created->GetMassData(&mass);
+  mass.mass *= static_cast<float>(dynamics_.mass_scale);
+  mass.I *= static_cast<float>(dynamics_.mass_scale);
   if (mass_given != 0) {
-    b2MassData mass;
-    created->GetMassData(&mass);
     const float more = static_cast<float>(mass_given) - mass.mass;
     mass.I += more * mass.center.LengthSquared();  // about the body's origin
     mass.mass = static_cast<float>(mass_given);
-    created->SetMassData(&mass);
   }
+  created->SetMassData(&mass);
   return created;
 }
 

@@ -93,8 +93,9 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
         "stair_steps_vary", "obstacle_spacing", "gravity",       "friction_scale",
         "motor_strength",   "mass_scale",       "joint_damping", "floor_friction",
         "torso_mass",       "thigh_mass",       "leg_mass",      "foot_mass"};
-    if (id[0] == 'W')
+    if (id[0] == 'W') {
       expected.insert(expected.end(), {"thigh_left_mass", "leg_left_mass", "foot_left_mass"});
+    }
     expected.insert(expected.end(), {"lidar_range", "range_noise"});
     EXPECT_EQ(names, expected);
     EXPECT_EQ(WorldModels(model).model_of(physics_of(defaults)), model)
@@ -205,8 +206,8 @@ TEST(WorldPhysicsTest, AMassIsThatOfItsBodyAlone) {
   const ModelPointer model = load_model("walker2d_v5.xml");
   for (const double scale : {1.0, 2.0}) {
     const WorldValues scaled{{"mass_scale", scale}};
-    ModelPointer expected = model_of("walker2d_v5.xml", scaled);
-    auto values = values_in(*expected);
+    const ModelPointer expected = model_of("walker2d_v5.xml", scaled);
+    const auto values = values_in(*expected);
     WorldValues world = scaled;
     world["thigh_left_mass"] = 5;
     const ModelPointer altered = model_of("walker2d_v5.xml", world);

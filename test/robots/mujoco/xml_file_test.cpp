@@ -222,6 +222,19 @@ TEST_F(XmlFileTest, MakesAnotherWalker) {
   EXPECT_EQ(specification.dt, 0.003 * 4);
 }
 
+TEST_F(XmlFileTest, RefusesWorldsOfBodiesAndFloorsThatItsModelLacks) {
+  const std::string file = folder_.write("m.xml", other_walker_text());
+  const auto walker = make("Walker2d-v5", {{"xml_file", file}});
+  for (const auto& [name, reason] :
+       {std::pair("torso_mass", "the model has no body torso"),
+        {"floor_friction", "the model has no floor, a level plane of the world's body"}}) {
+    const World world{{name, {1, 1}}};
+    EXPECT_EQ(message_of<std::invalid_argument>([&] { walker->set_world(world); }),
+              std::string("world parameter ") + name +
+                  ": cannot be applied; parameter xml_file = " + file + ": " + reason);
+  }
+}
+
 /// For a hinge, MuJoCo computes the same torque in both frames.
 TEST_F(XmlFileTest, AcceptsMotorsInTheParentsFrame) {
   const std::string text = stock_text("walker2d_v5.xml");

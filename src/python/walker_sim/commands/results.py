@@ -254,8 +254,9 @@ def write_json(
     if grid:
         axes = {axis.name: axis.values for axis in grid.axes}
         least, mean = worst_and_mean(found)
-        worst = {"mean": least.summary.mean, "world": least.cell.world}
-        fields.update(grid=axes, mean_of_cells=mean, worst_cell=worst, plain=first, cells=cells)
+        least_fields = {"mean": least.summary.mean, "world": least.cell.world}
+        fields.update(grid=axes, mean_of_cells=mean, worst_cell=least_fields)
+        fields.update(plain=first, cells=cells)
     else:
         fields.update(first)
     replace_file(path, (json.dumps(fields, indent=1) + "\n").encode())

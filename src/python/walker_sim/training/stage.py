@@ -9,7 +9,7 @@ import signal
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Callable, Mapping
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from walker_sim.training.policy_file import (
 )
 from walker_sim.training.settings import Settings
 from walker_sim.training.settings_file import read_settings, write_settings
-from walker_sim.walkers import LIDAR_RAYS
+from walker_sim.walkers import LIDAR_RAYS, has_lidar
 from walker_sim.worlds import World
 
 POLICY, SETTINGS, CHECKPOINT = "policy.safetensors", "settings.yaml", "checkpoint"
@@ -49,10 +49,6 @@ FIRST_TRIAL_SEED = 1 << 39
 """First seed of the episodes that decide whether a curriculum's ranges grow."""
 FIRST_TRAINING_SEED = 1 << 40
 """Lower bound of training seeds, far from those on which policies are chosen and evaluated."""
-
-
-def has_lidar(parameters: Mapping[str, Any]) -> bool:
-    return str(parameters.get("include_lidar_in_observation")).lower() == "true"
 
 
 class Stopped(Exception):
