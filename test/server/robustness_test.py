@@ -19,8 +19,8 @@ MAX_EXIT = 15  # wall seconds; a clean exit takes less than 1
 
 
 class StallingProxy:
-    """Forwards connections to a master. After `stall`, those that are open transfer nothing any more,
-    as on a network that has lost them, while new ones work."""
+    """Forwards connections to a master. After `stall`, open ones transfer nothing any more, as on a
+    network that has lost them, while new ones work."""
 
     def __init__(self, master_uri):
         self._master = master_uri.rpartition("/")[2].split(":")
