@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "episode/checked_world.h"
 #include "episode/disturbances.h"
 #include "robots/bipedal_walker/ground_numbers.h"
 #include "robots/mujoco/level_ground.h"
@@ -36,12 +37,18 @@ struct Drawn {
       : environment(walker::make(id)), generator(seed) {
     const walker::CheckedWorld checked(environment->specification(),
                                        walker::parse_world(world, "of the test"));
-    values = checked.draw(generator.state());
+    world_drawn = checked.draw(generator.state());
+    values = later_values().present();
+  }
+
+  walker::EpisodeValues later_values() const {
+    return {world_drawn, environment->specification().dt, generator.state()};
   }
 
   std::unique_ptr<walker::Environment> environment;
   walker::Generator generator;
-  walker::WorldValues values;
+  walker::World world_drawn;
+  walker::WorldValues values;  // that act in the first step
 };
 
 walker::Ground draw_level(const std::string& id, const std::string& world, std::uint64_t seed) {
@@ -96,6 +103,16 @@ WALKER_SIM_EXPORT std::size_t walker_sim_test_level(const char* id, const char* 
   for (const auto& obstacle : ground.obstacles) add(obstacle);
   *count = static_cast<std::size_t>(next - numbers);
   return ground.points.size();
+}
+
+/// Writes the values that act in each step of an episode, in the order of their names.
+WALKER_SIM_EXPORT void walker_sim_test_values(const char* id, const char* world, std::uint64_t seed,
+                                              std::uint32_t steps, double* numbers) {
+  walker::EpisodeValues values = Drawn(id, world, seed).later_values();
+  for (std::uint32_t i = 1; i <= steps; ++i) {
+    values.begin_step(i);
+    for (const auto& name_value : values.present()) *numbers++ = name_value.second;
+  }
 }
 
 /// Writes push along x and z and action of each step of an episode, to which zeros are given.

@@ -41,6 +41,17 @@ def level(environment_id, world, seed):
     return ground, numbers[2 * columns : count.value].reshape(-1, 4, 2)
 
 
+def values_of_steps(environment_id, world, seed, steps, count):
+    """Returns the values of a world's parameters in each step, in the order of their names, shape
+    (steps, count)."""
+    rows = np.empty((steps, count))
+    LIBRARY.walker_sim_test_values(
+        *(environment_id.encode(), str(world).encode(), ctypes.c_uint64(seed)),
+        *(ctypes.c_uint32(steps), rows.ctypes),
+    )
+    return rows
+
+
 def disturbances(environment_id, world, seed, steps, action_size):
     """Returns the pushes and the errors of actions of an episode's steps in a world, shapes
     (steps, 2) and (steps, action size)."""

@@ -55,13 +55,13 @@ struct Transition {
 /// Reset.srv's response.
 struct Reset {
   Transition transition;
-  WorldValues world;  ///< drawn by the episode; empty: Gymnasium's world
+  World world;  ///< drawn by the episode; empty: Gymnasium's world
 };
 
 /// EnvironmentWorld.msg.
 struct EnvironmentWorld {
   std::uint32_t environment = 0;
-  WorldValues values;
+  World world;  ///< drawn by its episode
 };
 
 /// StepMany.srv's response.

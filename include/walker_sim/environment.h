@@ -61,7 +61,10 @@ class WALKER_SIM_EXPORT Environment {
   virtual void set_world(const World& world) = 0;
   /// The world of the resets to come.
   virtual World world() const = 0;
-  /// What the current episode has drawn from its world.
+  /// What the current episode has drawn from its world: numbers, and the ranges of what changes
+  /// within it. As a world under the same seed it repeats the episode.
+  virtual World drawn_world() const = 0;
+  /// The values that act now.
   virtual WorldValues world_values() const = 0;
 
   /// Measures the current state; in a world with noise and delay, what sensors then measure. With a

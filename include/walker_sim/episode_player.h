@@ -32,7 +32,7 @@ struct PlayedEpisode {
   std::string end_reason;    ///< as `Result::end_reason`
   std::string error;         ///< the engine's message if it failed; else empty
   std::vector<double> info;  ///< of the last step, one value per info name; NaN: absent
-  WorldValues world;         ///< drawn at the reset
+  World world;               ///< drawn at the reset
   /// Sums over the observations that the policy got, and over their squares; empty unless
   /// `EpisodePlayerOptions::sums_observations`.
   std::vector<double> observation_sums;

@@ -9,14 +9,16 @@
 
 namespace walker {
 
-/// A number (low == high), or a range from which every episode draws uniformly.
+/// A number (low == high), or a range from which every episode draws.
 struct WorldRange {
   double low = 0;
   double high = 0;
+  bool is_log_uniform =
+      false;  ///< draws the magnitude's logarithm uniformly, else the value itself
 
   bool is_number() const { return low == high; }
   friend bool operator==(const WorldRange& a, const WorldRange& b) {
-    return a.low == b.low && a.high == b.high;
+    return a.low == b.low && a.high == b.high && a.is_log_uniform == b.is_log_uniform;
   }
 };
 
@@ -27,7 +29,10 @@ using World = std::map<std::string, WorldRange>;
 /// The preset that is the empty world.
 inline constexpr const char* kGymnasiumsWorld = "gymnasium";
 
-/// Values that an episode has drawn from its world.
+/// The parameter of the time from one draw of the physics to the next.
+inline constexpr const char* kChangeInterval = "change_interval";
+
+/// Values that act in a step.
 using WorldValues = std::map<std::string, double>;
 
 /// Meaning and limits of a world's parameter in one environment.
@@ -38,7 +43,8 @@ struct WorldParameter {
   double default_value;     ///< Gymnasium's; NaN: Gymnasium's environment has nothing of the kind
   double minimum;
   double maximum;
-  bool is_whole = false;  ///< takes and draws whole numbers only
+  bool is_whole = false;    ///< takes and draws whole numbers only
+  bool can_change = false;  ///< a range is drawn again within an episode, every `change_interval`
 };
 
 /// Returns the value of this name, or `absent`.
@@ -47,7 +53,7 @@ inline double value_or(const WorldValues& values, const std::string& name, doubl
   return found == values.end() ? absent : found->second;
 }
 
-/// Returns the world of these numbers, which repeats the episode that drew them under its seed.
+/// Returns the world of these numbers.
 inline World as_numbers(const WorldValues& values) {
   World world;
   for (const auto& [name, value] : values) world[name] = {value, value};
@@ -60,7 +66,8 @@ WALKER_SIM_EXPORT std::vector<WorldParameter> world_parameters(const std::string
 
 /// @throws std::invalid_argument naming the parameter, its value and what is allowed if one is
 ///         unknown (with the nearest known name), cannot be applied by this environment or has no
-///         effect beside the others, or if a range is reversed, non-finite or out of bounds
+///         effect beside the others, or if a range is reversed, non-finite, out of bounds or, drawn
+///         by its logarithm, contains 0
 WALKER_SIM_EXPORT void check_world(const std::string& id, const World& world);
 
 /// Names of the presets, the files of config/worlds, in alphabetical order.
@@ -70,7 +77,8 @@ WALKER_SIM_EXPORT std::vector<std::string> world_presets();
 /// @throws std::invalid_argument naming the preset or file, and what is wrong with it
 WALKER_SIM_EXPORT World load_world(const std::string& preset_or_file);
 
-/// Parses a YAML mapping of names to numbers or lists of two; docs/worlds.md says in which forms.
+/// Parses a YAML mapping of names to numbers, lists of two or {log: [LOW, HIGH]}; docs/worlds.md
+/// says in which forms.
 /// @param source name of the text in messages
 /// @throws std::invalid_argument naming the source and the entry
 WALKER_SIM_EXPORT World parse_world(const std::string& text, const std::string& source);

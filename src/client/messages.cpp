@@ -87,7 +87,7 @@ std::uint64_t read_header(Reader& reader) {
 
 /// Reads a WorldParameter[].
 World read_world(Reader& reader) {
-  constexpr std::size_t kMinBytes = tcpros::kLengthBytes + 2 * sizeof(double);
+  constexpr std::size_t kMinBytes = tcpros::kLengthBytes + 2 * sizeof(double) + sizeof(bool);
   World world;
   const std::uint32_t size = reader.count(kMinBytes);
   if (size > kMaxWorldParameters) {
@@ -97,7 +97,7 @@ World read_world(Reader& reader) {
   for (std::uint32_t i = 0; i < size; ++i) {
     std::string name;
     WorldRange range;
-    reader.read(name, range.low, range.high);
+    reader.read(name, range.low, range.high, range.is_log_uniform);
     if (!world.emplace(name, range).second) {
       fail("world has " + printable(name, kMaxQuotedBytes) + " twice");
     }
@@ -106,14 +106,13 @@ World read_world(Reader& reader) {
 }
 
 /// Reads what an episode has drawn.
-void read_values(Reader& reader, WorldValues& values) {
-  values.clear();
-  for (const auto& [name, range] : read_world(reader)) {
-    if (!range.is_number()) {
-      fail("world has a range for " + printable(name, kMaxQuotedBytes) + "; must have a number");
-    }
-    values[name] = range.low;
+World read_drawn_world(Reader& reader) {
+  World world = read_world(reader);
+  for (const auto& [name, range] : world) {
+    if (range.is_number() || world.count(kChangeInterval) != 0) continue;
+    fail("world has a range for " + printable(name, kMaxQuotedBytes) + "; must have a number");
   }
+  return world;
 }
 
 void read_worlds(Reader& reader, std::size_t num_envs, std::vector<EnvironmentWorld>& worlds) {
@@ -129,7 +128,7 @@ void read_worlds(Reader& reader, std::size_t num_envs, std::vector<EnvironmentWo
     if (worlds[i].environment >= num_envs) {
       fail_index(element("worlds", i) + ".environment", worlds[i].environment, num_envs);
     }
-    read_values(reader, worlds[i].values);
+    worlds[i].world = read_drawn_world(reader);
   }
 }
 
@@ -169,6 +168,7 @@ void write(Writer& writer, const std::optional<World>& world) {
     writer.text(name);
     writer.number(range.low);
     writer.number(range.high);
+    writer.number(std::uint8_t{range.is_log_uniform});
   }
 }
 
@@ -229,7 +229,7 @@ void read(Reader& reader) {
 void read(Reader& reader, const ServerSpecification& server, Reset& reset) {
   read_outcome(reader);
   read_fields(reader, reset.transition);
-  read_values(reader, reset.world);
+  reset.world = read_drawn_world(reader);
   reader.finish();
   check(server, reset.transition);
 }

@@ -4,44 +4,19 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "base/shortest_text.h"
+#include "base/link_parameters.h"
+#include "episode/checked_world.h"
 #include "walker_sim/registry.h"
 
 namespace walker {
 namespace {
 
 /// Names of the parameters that `Disturbances` reads.
-constexpr std::array<const char*, 14> kNames{"push_interval",
-                                             "push_impulse",
-                                             "action_delay",
-                                             "action_noise",
-                                             "observation_delay",
-                                             "dropout",
-                                             "joint_position_noise",
-                                             "joint_velocity_noise",
-                                             "orientation_noise",
-                                             "angular_velocity_noise",
-                                             "linear_velocity_noise",
-                                             "range_noise",
-                                             "force_x",
-                                             "force_z"};
-
-std::uint32_t to_steps(double seconds, double dt) {
-  return static_cast<std::uint32_t>(std::lround(seconds / dt));
-}
-
-/// Refuses a delay or an interval that would be no step.
-void check_steps(const Specification& specification, const World& world) {
-  for (const char* name : {"action_delay", "observation_delay", "push_interval"}) {
-    const auto found = world.find(name);
-    if (found == world.end() || found->second.high == 0) continue;
-    if (to_steps(found->second.high, specification.dt) != 0) continue;
-    throw std::invalid_argument("world parameter " + std::string(name) + " = " +
-                                shortest_text(found->second.high) +
-                                " s: is shorter than half a step of " + specification.id + " (" +
-                                shortest_text(specification.dt / 2) + " s)");
-  }
-}
+constexpr std::array<const char*, 12> kNames{
+    "push_interval",          "push_impulse",          "action_delay",
+    "action_noise",           "observation_delay",     "dropout",
+    "joint_position_noise",   "joint_velocity_noise",  "orientation_noise",
+    "angular_velocity_noise", "linear_velocity_noise", "range_noise"};
 
 void write(const std::deque<std::vector<double>>& rows, StateWriter& writer) {
   writer.number(static_cast<std::uint32_t>(rows.size()));
@@ -69,49 +44,9 @@ Generator read_generator(StateReader& reader) {
 
 }  // namespace
 
-CheckedWorld::CheckedWorld(const Specification& specification, World world)
-    : ranges_(std::move(world)), dt_(specification.dt) {
-  check_world(specification.id, ranges_);
-  for (const auto& [name, reason] : specification.inapplicable_world_parameters) {
-    if (ranges_.count(name) != 0) {
-      throw std::invalid_argument("world parameter " + name + ": cannot be applied; " + reason);
-    }
-  }
-  check_steps(specification, ranges_);
-  for (const WorldParameter& parameter : world_parameters(specification.id)) {
-    if (parameter.is_whole) whole_.push_back(parameter.name);
-  }
-}
-
-std::shared_ptr<const CheckedWorld> CheckedWorld::share(const Specification& specification,
-                                                        const World& world) {
-  return world.empty() ? nullptr : std::make_shared<const CheckedWorld>(specification, world);
-}
-
-WorldValues CheckedWorld::draw(const GeneratorState& episode) const {
-  WorldValues values;
-  for (const auto& [name, range] : ranges_) {
-    double& value = values[name] = range.low;
-    if (range.is_number()) continue;
-    Generator generator = derive(episode, name);
-    if (std::find(whole_.begin(), whole_.end(), name) == whole_.end()) {
-      value = generator.uniform(range.low, range.high);
-    } else {
-      const std::int64_t end = std::llround(range.high) + 1;
-      value = static_cast<double>(generator.integers(std::llround(range.low), end));
-    }
-  }
-  for (const char* name : {"action_delay", "observation_delay"}) {
-    const auto found = values.find(name);
-    if (found != values.end()) found->second = dt_ * to_steps(found->second, dt_);
-  }
-  return values;
-}
-
 Disturbances::Disturbances(const WorldValues& values, const Specification& specification,
                            const GeneratorState& episode)
-    : constant_push_{value_or(values, "force_x", 0) * specification.dt,
-                     value_or(values, "force_z", 0) * specification.dt},
+    : dt_(specification.dt),
       action_delay_(to_steps(value_or(values, "action_delay", 0), specification.dt)),
       observation_delay_(to_steps(value_or(values, "observation_delay", 0), specification.dt)),
       ranges_are_optional_(specification.range_finder.is_optional),
@@ -141,11 +76,28 @@ Disturbances::Disturbances(const WorldValues& values, const Specification& speci
   noise_.joint_position.resize(specification.joints.size());
   noise_.joint_velocity.resize(specification.joints.size());
   noise_.ranges.resize(specification.range_finder.num_rays);
+  for (const Link& link : specification.links) links_.push_back(link.name);
+  set_forces(values);
 }
 
 bool Disturbances::has_any(const WorldValues& values) {
-  return std::any_of(kNames.begin(), kNames.end(),
-                     [&values](const char* name) { return values.count(name) != 0; });
+  return std::any_of(values.begin(), values.end(), [](const auto& name_value) {
+    const std::string& name = name_value.first;
+    return is_force_name(name) || std::find(kNames.begin(), kNames.end(), name) != kNames.end();
+  });
+}
+
+void Disturbances::set_forces(const WorldValues& values) {
+  forces_.clear();
+  for (std::uint32_t link = 0; link < links_.size(); ++link) {
+    const double x = value_or(values, force_name(links_[link], 'x'), 0);
+    const double z = value_or(values, force_name(links_[link], 'z'), 0);
+    if (link == 0) {
+      constant_push_ = {x * dt_, z * dt_};
+    } else if (x != 0 || z != 0) {
+      forces_.push_back({link, x, z, 0});
+    }
+  }
 }
 
 void Disturbances::begin_step(const double* action, std::uint32_t step, RobotStep& robot_step) {
@@ -160,6 +112,7 @@ void Disturbances::begin_step(const double* action, std::uint32_t step, RobotSte
   }
   robot_step.action = action_.data();
   robot_step.push = constant_push_;
+  robot_step.forces = forces_.empty() ? nullptr : &forces_;
   if (push_period_ == 0 || step % push_period_ != 0) return;
   const double direction = push_generator_.uniform(0, 2 * M_PI);
   robot_step.push[0] += push_impulse_ * std::cos(direction);

@@ -17,39 +17,15 @@
 
 namespace walker {
 
-/// A world that an environment can apply.
-class WALKER_SIM_EXPORT CheckedWorld {
- public:
-  /// @throws std::invalid_argument as `check_world`, or for a delay or an interval that is shorter
-  ///         than half a step, which would be none
-  CheckedWorld(const Specification& specification, World world);
-
-  /// Returns a checked world to share; null for the empty one. @throws as the constructor
-  static std::shared_ptr<const CheckedWorld> share(const Specification& specification,
-                                                   const World& world);
-
-  const World& ranges() const { return ranges_; }
-
-  /// Draws the values of an episode. Each parameter has a generator of its own, `derive(episode,
-  /// name)`, so that a value depends neither on the others nor on the episode's generator. Numbers
-  /// draw nothing. Delays are rounded to whole steps.
-  /// @param episode state of the episode's generator before the reset
-  WorldValues draw(const GeneratorState& episode) const;
-
- private:
-  World ranges_;
-  std::vector<std::string> whole_;  // names of whole numbers
-  double dt_;
-};
-
 /// The disturbances of one episode. Their generators derive from the episode's as the values' do.
 ///
 /// Step k, from 1, has a time of k dt. Delays d and the period of pushes are whole steps, d =
 /// round(seconds / dt). n is a standard normal number, drawn anew for each use:
 ///
 ///   action       action_(k-d) + action_noise n; for k <= d, 0 + action_noise n. Not clamped
-///   push         (force_x, force_z) dt along x and z [N s]; if k is a multiple of the period, plus
-///                the impulse push_impulse (cos u, sin u), u uniform in [0, 2 pi)
+///   push         on the trunk, along x and z: (force_x, force_z) dt [N s]; if k is a multiple of
+///                the period, plus the impulse push_impulse (cos u, sin u), u uniform in [0, 2 pi)
+///   forces       on the other links: (force_x, force_z) [N]
 ///   noise        each measured quantity (joints, trunk, ranges) + its deviation * n; observation
 ///                and sensors of a state have the same errors
 ///   observation  that of step max(k - d, 0); except after a reset, with the probability `dropout`
@@ -68,7 +44,10 @@ class Disturbances {
   /// Whether any of the values is for this class.
   static bool has_any(const WorldValues& values);
 
-  /// Sets action and push of a step: the action of `action_delay` before, plus an error.
+  /// Sets the constant forces of the steps to come.
+  void set_forces(const WorldValues& values);
+
+  /// Sets action, push and forces of a step: the action of `action_delay` before, plus an error.
   /// @param step of the step to make, from 1
   void begin_step(const double* action, std::uint32_t step, RobotStep& robot_step);
 
@@ -106,10 +85,13 @@ class Disturbances {
   void remember_sensors(Robot& robot);
   bool is_delayed() const { return observation_delay_ != 0 || dropout_ > 0; }
 
-  std::array<double, 2> constant_push_;  // in each step, along x and z [N s]
-  std::uint32_t push_period_ = 0;        // steps; 0: no pushes
-  std::uint32_t action_delay_;           // steps
-  std::uint32_t observation_delay_;      // steps
+  std::vector<std::string> links_;
+  double dt_;                              // [s]
+  std::array<double, 2> constant_push_{};  // in each step, along x and z [N s]
+  std::vector<LinkWrench> forces_;         // on links other than the trunk
+  std::uint32_t push_period_ = 0;          // steps; 0: no pushes
+  std::uint32_t action_delay_;             // steps
+  std::uint32_t observation_delay_;        // steps
   bool has_noise_ = false;
   bool ranges_are_optional_;
   double push_impulse_ = 0;  // [N s]

@@ -43,7 +43,7 @@ void compare_parameters(const EpisodeRecord& record, const EpisodeRecord& own) {
   for (const auto& [name, value] : recorded) compare("parameter " + name, value, absent);
 }
 
-bool names_a_level(const WorldValues& world) {
+bool names_a_level(const World& world) {
   return std::any_of(world.begin(), world.end(), [](const auto& name_value) {
     const std::string& name = name_value.first;
     const std::string kind = name.substr(0, name.find('_'));
@@ -125,7 +125,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
     throw std::invalid_argument(
         "reuse_world = true: an episode depends on those before it, which a record does not have");
   }
-  check_world(record.id, as_numbers(record.world));
+  check_drawn_world(record.id, record.world);
   if (record.seed && Generator(*record.seed).state() != record.generator_state) {
     throw std::invalid_argument("generator_state is not that of seed = " +
                                 std::to_string(*record.seed));
@@ -162,7 +162,7 @@ EpisodeRecord Walker::record() const {
   EpisodeRecord record = describe_origin(specification());
   record.seed = state_.seed;
   record.generator_state = state_.generator_state;
-  record.world = world_values();
+  record.world = drawn_world();
   record.num_steps = state_.step;
   record.actions = actions_;
   record.pushes = pushes_;
@@ -182,7 +182,7 @@ void Walker::begin(const EpisodeRecord& record) {
                                 " pushes; must have at most " + std::to_string(kMaxRecordedPushes));
   }
   set_generator_state(record.generator_state);  // may throw, before anything has changed
-  begin_episode(record.seed, std::make_shared<const WorldValues>(record.world));
+  begin_episode(record.seed, std::make_shared<const World>(record.world));
   if (state_.failed_at_reset()) {
     throw std::invalid_argument("the reset of the record: " + state_.error);
   }

@@ -188,7 +188,7 @@ void Walker::save_state(std::vector<std::byte>& state) const {
   writer.number(std::uint8_t{generator_.has_value()});
   if (generator_) writer.numbers(generator_->state().data(), std::tuple_size_v<GeneratorState>);
   writer.text(to_string(world()));
-  writer.text(to_string(as_numbers(world_values())));
+  writer.text(to_string(drawn_world()));
   writer.numbers(state_.generator_state.data(), state_.generator_state.size());
   if (disturbances_) disturbances_->save(writer);
   robot_->save(writer);
@@ -208,31 +208,35 @@ std::function<void()> Walker::read_state(const std::byte* state, std::size_t siz
     generator.emplace(generator_state);
   }
   const auto world = CheckedWorld::share(specification(), read_world(reader));
-  const World numbers = read_world(reader);
-  check_world(specification().id, numbers);
-  WorldValues values;
-  for (const auto& [name, number] : numbers) values[name] = number.low;
+  const World drawn = read_world(reader);
+  check_drawn_world(specification().id, drawn);
   reader.numbers(read_state.generator_state.data(), read_state.generator_state.size());
+  std::optional<EpisodeValues> values;
   std::shared_ptr<Disturbances> disturbances;  // std::function needs a copyable one
-  if (!values.empty()) {
-    read_state.world = std::make_shared<const WorldValues>(values);
-    if (Disturbances::has_any(values)) {
-      disturbances =
-          std::make_shared<Disturbances>(values, specification(), read_state.generator_state);
+  if (!drawn.empty()) {
+    read_state.world = std::make_shared<const World>(drawn);
+    values.emplace(drawn, specification().dt, read_state.generator_state);
+    values->skip(read_state.step);
+    if (Disturbances::has_any(values->present())) {
+      disturbances = std::make_shared<Disturbances>(values->present(), specification(),
+                                                    read_state.generator_state);
       disturbances->load(reader);
     }
   }
   const bool is_alive =
       read_state.has_begun() && (!read_state.has_ended() || read_state.error.empty());
-  std::function<void()> load_robot = robot_->load(reader, values, is_alive);
+  std::function<void()> load_robot =
+      robot_->load(reader, values ? values->present() : WorldValues{}, is_alive);
   reader.finish();
-  return [this, read_state = std::move(read_state), generator, world, disturbances,
+  return [this, read_state = std::move(read_state), generator, world, values, disturbances,
           load_robot = std::move(load_robot)] {
     load_robot();
     generator_ = generator;
     world_ = world;
     disturbances_ = disturbances ? std::make_unique<Disturbances>(*disturbances) : nullptr;
+    values_ = values;
     step_.push = {};
+    step_.forces = nullptr;
     step_.wrenches.clear();
     const std::uint32_t next_episode = state_.episode + 1;
     const std::uint32_t environment = state_.environment;

@@ -40,8 +40,8 @@ std::string EpisodeState::step_refusal(AutoresetMode mode) const {
   return "the episode ended after " + std::to_string(step) + " steps";
 }
 
-const WorldValues& EpisodeState::world_values() const {
-  static const WorldValues kNone;
+const World& EpisodeState::drawn_world() const {
+  static const World kNone;
   return world ? *world : kNone;
 }
 
@@ -77,9 +77,9 @@ void Walker::take_seed(std::optional<std::uint64_t>& seed) {
   if (seed) generator_.emplace(*seed);
 }
 
-/// @param recorded values of the world, which the episode's own does not draw; null: it does
+/// @param recorded what the world has drawn, which the episode's own does not draw; null: it does
 void Walker::begin_episode(std::optional<std::uint64_t> seed,
-                           const std::shared_ptr<const WorldValues>& recorded) {
+                           const std::shared_ptr<const World>& recorded) {
   if (!prepare_reset(seed, recorded)) return;
   RobotStep* const reset = &step_;
   robot_->step_group(&reset, 1);
@@ -88,7 +88,7 @@ void Walker::begin_episode(std::optional<std::uint64_t> seed,
 
 /// @return whether there are a generator and a world; if not, the reset has failed and is concluded
 bool Walker::prepare_reset(std::optional<std::uint64_t> seed,
-                           const std::shared_ptr<const WorldValues>& recorded) {
+                           const std::shared_ptr<const World>& recorded) {
   ++state_.episode;
   state_.step = 0;
   state_.action.clear();
@@ -119,21 +119,23 @@ bool Walker::prepare_reset(std::optional<std::uint64_t> seed,
   return true;
 }
 
-/// Applies the values of the episode that begins.
-/// @param values null: as the world draws them; empty: Gymnasium's world
-void Walker::prepare_world(std::shared_ptr<const WorldValues> values) {
-  if (!values && world_) {
-    values = std::make_shared<const WorldValues>(world_->draw(state_.generator_state));
-  }
-  if (values && values->empty()) values = nullptr;
+/// Applies the world of the episode that begins.
+/// @param drawn null: as the world draws it; empty: Gymnasium's
+void Walker::prepare_world(std::shared_ptr<const World> drawn) {
+  const GeneratorState& episode = state_.generator_state;
+  if (!drawn && world_) drawn = std::make_shared<const World>(world_->draw(episode));
+  if (drawn && drawn->empty()) drawn = nullptr;
+  std::optional<EpisodeValues> values;
+  if (drawn) values.emplace(*drawn, specification().dt, episode);
   // This may throw, so it comes first: nothing else has changed then.
-  robot_->set_world(values ? *values : WorldValues{});
+  robot_->set_world(values ? values->present() : WorldValues{});
   disturbances_.reset();
   step_.push = {};
-  state_.world = values;
-  if (values && Disturbances::has_any(*values)) {
-    disturbances_ =
-        std::make_unique<Disturbances>(*values, specification(), state_.generator_state);
+  step_.forces = nullptr;
+  state_.world = std::move(drawn);
+  values_ = std::move(values);
+  if (values_ && Disturbances::has_any(values_->present())) {
+    disturbances_ = std::make_unique<Disturbances>(values_->present(), specification(), episode);
   }
 }
 
@@ -161,11 +163,12 @@ void Walker::step(const double* action, std::size_t size) {
   const std::string refusal = state_.step_refusal();
   if (!refusal.empty()) throw ResetNeeded("step: " + refusal + "; reset first");
   check_action(specification(), action, size);
-  prepare(action);
-  try {
-    robot_->step(step_);
-  } catch (...) {
-    step_.failure = std::current_exception();
+  if (prepare(action)) {
+    try {
+      robot_->step(step_);
+    } catch (...) {
+      step_.failure = std::current_exception();
+    }
   }
   conclude();
 }
@@ -221,7 +224,10 @@ void Walker::step_group(const GroupStep* steps, std::size_t count) noexcept {
   for (const GroupStep* step = steps; step != steps + count; ++step) {
     Walker& walker = *step->walker;
     if (step->action != nullptr) {
-      walker.prepare(step->action);
+      if (!walker.prepare(step->action)) {
+        walker.conclude();
+        continue;
+      }
     } else {
       std::optional<std::uint64_t> seed = step->seed;
       walker.take_seed(seed);
@@ -240,10 +246,12 @@ void Walker::step_group(const GroupStep* steps, std::size_t count) noexcept {
   }
 }
 
-void Walker::prepare(const double* action) {
+/// @return whether the robot can step; if not, the step has failed
+bool Walker::prepare(const double* action) {
   const std::size_t size = specification().action_size();
   state_.action.assign(action, action + size);
   step_.action = action;
+  if (values_ && values_->begin_step(state_.step + 1)) change_physics();
   if (disturbances_) disturbances_->begin_step(action, state_.step + 1, step_);
   step_.terminated = false;
   step_.end_reason = "";
@@ -255,6 +263,16 @@ void Walker::prepare(const double* action) {
     pushes_ = {};
     checksums_ = {};
   }
+  return !step_.failure;
+}
+
+void Walker::change_physics() {
+  try {
+    robot_->change_physics(values_->present());
+  } catch (...) {
+    step_.failure = std::current_exception();
+  }
+  if (disturbances_) disturbances_->set_forces(values_->present());
 }
 
 void Walker::conclude() {
@@ -341,6 +359,7 @@ void Walker::take_over(Walker& other) {
   std::swap(pushes_, other.pushes_);
   std::swap(checksums_, other.checksums_);
   std::swap(was_loaded_, other.was_loaded_);
+  std::swap(values_, other.values_);
   std::swap(disturbances_, other.disturbances_);
   forget_sensors();
   other.forget_sensors();

@@ -14,6 +14,7 @@
 
 #include "base/limits.h"
 #include "base/random.h"
+#include "episode/checked_world.h"
 #include "episode/disturbances.h"
 #include "episode/saved_state.h"
 #include "robots/robot.h"
@@ -43,9 +44,9 @@ struct EpisodeState {
   bool truncated = false;
   std::string end_reason;  ///< "terminated: ..." or "truncated: ..."; empty: the episode runs
   std::string error;       ///< the engine's message if it failed; else empty
-  std::optional<std::uint64_t> seed;         ///< of the reset; nullopt: the generator continued
-  GeneratorState generator_state{};          ///< before the reset
-  std::shared_ptr<const WorldValues> world;  ///< drawn at the reset; null: Gymnasium's world
+  std::optional<std::uint64_t> seed;   ///< of the reset; nullopt: the generator continued
+  GeneratorState generator_state{};    ///< before the reset
+  std::shared_ptr<const World> world;  ///< drawn at the reset; null: Gymnasium's world
 
   bool has_begun() const { return episode != 0; }
   bool has_ended() const { return terminated || truncated; }
@@ -55,8 +56,9 @@ struct EpisodeState {
   std::string step_refusal() const;
   /// The same for a step of a vector environment, whose autoreset may allow steps after the end.
   std::string step_refusal(AutoresetMode mode) const;
-  /// What the reset has drawn; empty in Gymnasium's world.
-  WALKER_SIM_EXPORT const WorldValues& world_values() const;
+  /// What the reset has drawn, numbers and the ranges of what changes within the episode; empty in
+  /// Gymnasium's world.
+  WALKER_SIM_EXPORT const World& drawn_world() const;
   /// `end_reason` without "terminated: " or "truncated: ".
   const char* end_reason_detail() const;
 };
@@ -75,7 +77,7 @@ struct EpisodeRecord {
   std::string engine_version;
   std::optional<std::uint64_t> seed;  ///< of the reset; nullopt: the generator continued
   GeneratorState generator_state{};   ///< before the reset
-  WorldValues world;                  ///< as drawn at the reset
+  World world;                        ///< as drawn at the reset
   std::uint32_t num_steps = 0;
   std::vector<double> actions;       ///< steps x action size, as given [unitless]
   std::vector<RecordedPush> pushes;  ///< in the order of step and link, one per step and link
@@ -211,7 +213,8 @@ class WALKER_SIM_EXPORT Walker final : public Environment {
   void step(const double* action, std::size_t size, Result& result) override;
   void set_world(const World& world) override;
   World world() const override { return world_ ? world_->ranges() : World{}; }
-  WorldValues world_values() const override { return state_.world_values(); }
+  World drawn_world() const override { return state_.drawn_world(); }
+  WorldValues world_values() const override { return values_ ? values_->present() : WorldValues{}; }
   void sense(Sensors& sensors) override;
   void scene(Scene& scene) const override;
   GeneratorState generator_state() const override;
@@ -225,14 +228,15 @@ class WALKER_SIM_EXPORT Walker final : public Environment {
  private:
   void take_seed(std::optional<std::uint64_t>& seed);
   void begin_episode(std::optional<std::uint64_t> seed,
-                     const std::shared_ptr<const WorldValues>& recorded = nullptr);
+                     const std::shared_ptr<const World>& recorded = nullptr);
   bool prepare_reset(std::optional<std::uint64_t> seed,
-                     const std::shared_ptr<const WorldValues>& recorded = nullptr);
-  void prepare_world(std::shared_ptr<const WorldValues> values);
+                     const std::shared_ptr<const World>& recorded = nullptr);
+  void prepare_world(std::shared_ptr<const World> drawn);
   void observe();
   void forget_sensors();
   void conclude_reset();
-  void prepare(const double* action);
+  bool prepare(const double* action);
+  void change_physics();
   void conclude();
   void take_outcome();
   void end(const char* reason);
@@ -251,6 +255,7 @@ class WALKER_SIM_EXPORT Walker final : public Environment {
   RobotStep step_;                              // reused: robot and info stay the same
   std::optional<Generator> generator_;          // nullopt before the first reset
   std::shared_ptr<const CheckedWorld> world_;   // of the resets to come; null: Gymnasium's
+  std::optional<EpisodeValues> values_;         // of the current episode; nullopt: Gymnasium's
   std::unique_ptr<Disturbances> disturbances_;  // of the current episode; null: it has none
   std::vector<double> actions_;                 // of the current episode, steps x action size
   std::vector<RecordedPush> pushes_;            // of the current episode

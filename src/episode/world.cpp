@@ -31,10 +31,11 @@ std::vector<WorldParameter> common_parameters(const Registration& registration) 
                           0,
                           maximum};
   };
-  const double max_force = kMaxPushes * push;  // [N]: in a second the impulse of the largest push
   return {
-      {"force_x", "N", "Constant force on the trunk along x.", 0, -max_force, max_force},
-      {"force_z", "N", "Constant force on the trunk along z, upwards.", 0, -max_force, max_force},
+      {kChangeInterval, "s",
+       "Time from one draw of the physics to the next, in whole steps; within an episode those "
+       "parameters of physics change that have ranges.",
+       kNothing, 1e-3, 1000},
       {"push_interval", "s", "Time from one push on the trunk to the next, in whole steps.",
        kNothing, 1e-3, 1000},
       {"push_impulse", "N s", "Impulse of a push; its direction is drawn.", push, 0,
@@ -56,7 +57,8 @@ std::string number_text(double value) { return to_string(ParameterValue(value));
 std::string text_of(const WorldRange& range) {
   const bool is_nan = std::isnan(range.low) && std::isnan(range.high);  // unequal to itself
   if (range.is_number() || is_nan) return number_text(range.low);
-  return "[" + number_text(range.low) + ", " + number_text(range.high) + "]";
+  const std::string ends = "[" + number_text(range.low) + ", " + number_text(range.high) + "]";
+  return range.is_log_uniform ? "{log: " + ends + "}" : ends;
 }
 
 [[noreturn]] void refuse(const std::string& name, const WorldRange& range,
@@ -80,7 +82,8 @@ std::string text_of(const WorldRange& range) {
 }
 
 void check_range(const WorldParameter& parameter, const WorldRange& range) {
-  const auto& [low, high] = range;
+  const double low = range.low;
+  const double high = range.high;
   const std::string bounds = "[" + number_text(parameter.minimum) + ", " +
                              number_text(parameter.maximum) + "]" +
                              (parameter.unit.empty() ? "" : " " + parameter.unit);
@@ -96,6 +99,22 @@ void check_range(const WorldParameter& parameter, const WorldRange& range) {
   if (parameter.is_whole && (std::trunc(low) != low || std::trunc(high) != high)) {
     refuse(parameter.name, range, "must be a whole number, or a range of whole numbers");
   }
+  if (!range.is_log_uniform) return;
+  if (parameter.is_whole) refuse(parameter.name, range, "must be drawn uniformly, without log");
+  if (low <= 0 && high >= 0) refuse(parameter.name, range, "with log must not contain 0");
+}
+
+void check_change_interval(const World& world, const std::vector<WorldParameter>& parameters) {
+  const auto interval = world.find(kChangeInterval);
+  if (interval == world.end()) return;
+  const bool has_any =
+      std::any_of(parameters.begin(), parameters.end(), [&world](const WorldParameter& parameter) {
+        const auto found = world.find(parameter.name);
+        return parameter.can_change && found != world.end() && !found->second.is_number();
+      });
+  if (has_any) return;
+  refuse(interval->first, interval->second,
+         "has no effect without a range of physics, such as gravity: [-12, -8]");
 }
 
 }  // namespace
@@ -118,6 +137,7 @@ void check_world(const std::string& id, const World& world) {
     if (found == parameters.end()) refuse_name(id, name, range);
     check_range(*found, range);
   }
+  check_change_interval(world, parameters);
   const auto impulse = world.find("push_impulse");
   if (impulse != world.end() && world.count("push_interval") == 0) {
     refuse(impulse->first, impulse->second, "has no effect without push_interval");

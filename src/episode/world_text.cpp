@@ -77,7 +77,8 @@ std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> parts(1);
   int depth = 0;
   for (const char letter : text) {
-    depth += (letter == '[' ? 1 : 0) - (letter == ']' ? 1 : 0);
+    depth += static_cast<int>(letter == '[' || letter == '{');
+    depth -= static_cast<int>(letter == ']' || letter == '}');
     if (letter == ',' && depth == 0) {
       parts.emplace_back();
     } else {
@@ -130,13 +131,32 @@ std::vector<std::string> elements_of(const std::string& value) {
   return elements;
 }
 
-std::optional<WorldRange> read_range(const std::string& value) {
-  if (const auto number = parse_number(trimmed(value))) return WorldRange{*number, *number};
+std::optional<WorldRange> read_pair(const std::string& value) {
   const std::vector<std::string> elements = elements_of(value);
   if (elements.size() != 2) return std::nullopt;
   const auto low = parse_number(trimmed(elements[0]));
   const auto high = parse_number(trimmed(elements[1]));
   return low && high ? std::optional(WorldRange{*low, *high}) : std::nullopt;
+}
+
+/// Returns the pair's text of {log: PAIR}, or of log: PAIR on the lines after the name.
+std::optional<std::string> logarithmic_pair(const std::string& value) {
+  std::string text = trimmed(value);
+  const bool has_braces = text.size() > 1 && text.front() == '{' && text.back() == '}';
+  if (!has_braces && (value.empty() || value.front() != '\n')) return std::nullopt;
+  if (has_braces) text = trimmed(text.substr(1, text.size() - 2));
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) return std::nullopt;
+  if (without_quotes(trimmed(text.substr(0, colon))) != "log") return std::nullopt;
+  return text.substr(colon + 1);
+}
+
+std::optional<WorldRange> read_range(const std::string& value) {
+  if (const auto number = parse_number(trimmed(value))) return WorldRange{*number, *number};
+  const std::optional<std::string> pair = logarithmic_pair(value);
+  std::optional<WorldRange> range = read_pair(pair.value_or(value));
+  if (range) range->is_log_uniform = pair && !range->is_number();
+  return range;
 }
 
 /// Reads a value after an optional anchor and an optional tag !!python/tuple. yaml.dump writes an
@@ -175,7 +195,8 @@ World parse_world(const std::string& text, const std::string& source) {
     const std::optional<WorldRange> range =
         colon == std::string::npos ? std::nullopt : read_value(entry.substr(colon + 1), anchors);
     if (name.empty() || !range) {
-      refuse(source, printable(trimmed(entry)) + ": must be NAME: NUMBER or NAME: [LOW, HIGH]");
+      refuse(source, printable(trimmed(entry)) +
+                         ": must be NAME: NUMBER, NAME: [LOW, HIGH] or NAME: {log: [LOW, HIGH]}");
     }
     if (!world.emplace(name, *range).second) refuse(source, printable(name) + " is given twice");
   }

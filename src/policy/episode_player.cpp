@@ -268,7 +268,7 @@ class Worker {
     outcome.end_reason = state.end_reason_detail();
     outcome.error = state.error;
     outcome.info = state.info;
-    outcome.world = state.world_values();
+    outcome.world = state.drawn_world();
     call.finish(slot.job, std::move(outcome));
     free_.push_back(&slot);
   }

@@ -86,9 +86,9 @@ struct RemoteEpisode {
     is_placed = false;
   }
 
-  /// @param values drawn at the reset; empty: Gymnasium's world
-  void set_world(const WorldValues& values) {
-    state.world = values.empty() ? nullptr : std::make_shared<const WorldValues>(values);
+  /// @param drawn at the reset; empty: Gymnasium's world
+  void set_world(const World& drawn) {
+    state.world = drawn.empty() ? nullptr : std::make_shared<const World>(drawn);
   }
 
   void fail_at_reset(const std::string& message) {
@@ -164,21 +164,21 @@ class ClientBinding {
   }
 
   /// As Pool.drawn_worlds, for all environments.
-  std::map<std::uint32_t, WorldValues> drawn_worlds(const py::sequence& /*environments*/) {
+  std::map<std::size_t, World> drawn_worlds(const py::sequence& /*environments*/) {
     const GilFreeLock lock = enter();
-    std::map<std::uint32_t, WorldValues> drawn;
-    for (const auto& [environment, values] : batch_.worlds) drawn[environment] = values;
+    std::map<std::size_t, World> drawn;
+    for (const auto& [environment, world] : batch_.worlds) drawn[environment] = world;
     return drawn;
   }
 
   /// What the environments' episodes have drawn from their worlds.
-  std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
+  std::vector<World> episode_worlds(const std::vector<std::uint32_t>& environments) {
     const GilFreeLock lock = enter();
-    std::vector<WorldValues> values;
+    std::vector<World> worlds;
     for (const std::uint32_t i : environments) {
-      values.push_back(episodes_.at(i).state.world_values());
+      worlds.push_back(episodes_.at(i).state.drawn_world());
     }
-    return values;
+    return worlds;
   }
 
   /// @return as Pool.step_single
@@ -386,7 +386,7 @@ class ClientBinding {
   }
 
   void record_worlds(const std::vector<EnvironmentWorld>& worlds) {
-    for (const auto& [environment, values] : worlds) episodes_[environment].set_world(values);
+    for (const auto& [environment, world] : worlds) episodes_[environment].set_world(world);
   }
 
   /// Records the answer of ~step_batch. Step 0 means that the server has reset the environment; it
@@ -462,8 +462,8 @@ void bind_client(py::module& module) {
       .def("check_worlds",
            [](const ClientBinding& self, const py::sequence& worlds) { self.check_worlds(worlds); })
       .def("set_world", &ClientBinding::set_world)
-      .def("world_values", &ClientBinding::world_values)
-      .def("drawn_worlds", &ClientBinding::drawn_worlds)
+      .def("episode_worlds", drawn_by(&ClientBinding::episode_worlds))
+      .def("drawn_worlds", drawn_by(&ClientBinding::drawn_worlds))
       .def("step_single", &ClientBinding::step)
       .def("snapshot", &ClientBinding::snapshot)
       .def("restore", &ClientBinding::restore)

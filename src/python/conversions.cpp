@@ -198,8 +198,10 @@ World to_world(const py::dict& given) {
   World world;
   for (const auto& [key, value] : given) {
     if (!is_text(key)) throw py::type_error("world parameter " + shown(key) + ": must be a str");
-    const auto [low, high] = value.cast<std::pair<double, double>>();
-    world[to_text("name", key)] = {low, high};
+    const bool is_log_uniform = py::isinstance<py::dict>(value);
+    const py::handle ends = is_log_uniform ? py::handle(value["log"]) : value;
+    const auto [low, high] = ends.cast<std::pair<double, double>>();
+    world[to_text("name", key)] = {low, high, is_log_uniform && low != high};
   }
   return world;
 }
@@ -213,8 +215,30 @@ std::vector<World> to_worlds(const py::sequence& given) {
 py::dict to_dict(const World& world) {
   py::dict dict;
   for (const auto& [name, range] : world) {
-    dict[to_str(name)] = py::make_tuple(range.low, range.high);
+    const py::tuple ends = py::make_tuple(range.low, range.high);
+    dict[to_str(name)] =
+        range.is_log_uniform ? py::object(py::dict(py::arg("log") = ends)) : py::object(ends);
   }
+  return dict;
+}
+
+py::dict to_drawn(const World& drawn) {
+  py::dict dict = to_dict(drawn);
+  for (const auto& [name, range] : drawn) {
+    if (range.is_number()) dict[to_str(name)] = range.low;
+  }
+  return dict;
+}
+
+py::list to_drawn(const std::vector<World>& drawn) {
+  py::list list;
+  for (const World& world : drawn) list.append(to_drawn(world));
+  return list;
+}
+
+py::dict to_drawn(const std::map<std::size_t, World>& drawn) {
+  py::dict dict;
+  for (const auto& [row, world] : drawn) dict[py::int_(row)] = to_drawn(world);
   return dict;
 }
 

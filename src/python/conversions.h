@@ -147,6 +147,19 @@ std::vector<World> to_worlds(const pybind11::sequence& given);
 /// Returns pairs (low, high) by name.
 pybind11::dict to_dict(const World& world);
 
+/// As `to_dict`, with numbers in place of ranges that are numbers.
+pybind11::dict to_drawn(const World& drawn);
+pybind11::list to_drawn(const std::vector<World>& drawn);
+pybind11::dict to_drawn(const std::map<std::size_t, World>& drawn);
+
+/// Returns a method for Python that returns what the worlds of `method` have drawn.
+template <typename Binding, typename Result, typename Argument>
+auto drawn_by(Result (Binding::*method)(Argument)) {
+  return [method](Binding& self, Argument environments) {
+    return to_drawn((self.*method)(environments));
+  };
+}
+
 /// Copies a saved state.
 /// @throws TypeError if it is not bytes
 std::vector<std::byte> to_state_bytes(const pybind11::handle& state);

@@ -90,6 +90,7 @@ py::list to_list(const std::vector<Description>& descriptions) {
       entry["minimum"] = description.minimum;
       entry["maximum"] = description.maximum;
       entry["is_whole"] = description.is_whole;
+      entry["can_change"] = description.can_change;
     }
     list.append(entry);
   }

@@ -139,7 +139,7 @@ class EpisodePlayerBinding {
     player_.play(networks, ranges, all, [&](std::size_t job, const PlayedEpisode& played) {
       const GilHold hold;
       receive(job, played.episode_return, played.length, played.terminated, played.truncated,
-              played.reward, to_str(played.error), played.info, played.world,
+              played.reward, to_str(played.error), played.info, to_drawn(played.world),
               played.observation_sums, played.observation_squares);
     });
   }

@@ -194,21 +194,21 @@ class PoolBinding {
   }
 
   /// What the environments' episodes have drawn from their worlds.
-  std::vector<WorldValues> world_values(const std::vector<std::uint32_t>& environments) {
-    std::vector<WorldValues> values(environments.size());
-    if (!has_worlds_) return values;
+  std::vector<World> episode_worlds(const std::vector<std::uint32_t>& environments) {
+    std::vector<World> worlds(environments.size());
+    if (!has_worlds_) return worlds;
     const GilFreeLock lock(mutex_);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] = pool_.environment(environments[i]).world_values();
+    for (std::size_t i = 0; i < worlds.size(); ++i) {
+      worlds[i] = pool_.environment(environments[i]).drawn_world();
     }
-    return values;
+    return worlds;
   }
 
   /// Returns what was drawn by the episodes that the last step or `recv` has begun in a world, by
   /// row.
   /// @param environments index of each row's environment
-  std::map<std::size_t, WorldValues> drawn_worlds(const py::sequence& environments) {
-    std::map<std::size_t, WorldValues> rows;
+  std::map<std::size_t, World> drawn_worlds(const py::sequence& environments) {
+    std::map<std::size_t, World> rows;
     if (!has_worlds_) return rows;
     const auto indices = environments.cast<std::vector<std::uint32_t>>();
     const GilFreeLock lock(mutex_);
@@ -413,8 +413,8 @@ void bind_pool(py::module& module) {
       .def("recv", &PoolBinding::recv)
       .def("set_world", &PoolBinding::set_world)
       .def("world", [](PoolBinding& self, std::size_t index) { return to_dict(self.world(index)); })
-      .def("world_values", &PoolBinding::world_values)
-      .def("drawn_worlds", &PoolBinding::drawn_worlds)
+      .def("episode_worlds", drawn_by(&PoolBinding::episode_worlds))
+      .def("drawn_worlds", drawn_by(&PoolBinding::drawn_worlds))
       .def("push", &PoolBinding::push)
       .def("capture", &PoolBinding::capture)
       .def("error", &PoolBinding::error)

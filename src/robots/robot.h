@@ -54,8 +54,9 @@ struct RobotStep {
   /// Impulse on the trunk along the world's x and z, as a constant force over the step [N s]; a
   /// reset ignores it.
   std::array<double, 2> push{};
-  std::vector<LinkWrench> wrenches;  ///< of distinct links; a reset has none
-  double* info = nullptr;            ///< receives one value per info name; NaN: absent
+  std::vector<LinkWrench> wrenches;                 ///< of distinct links; a reset has none
+  const std::vector<LinkWrench>* forces = nullptr;  ///< more of these, of the world; null: none
+  double* info = nullptr;  ///< receives one value per info name; NaN: absent
   double reward = 0;
   bool terminated = false;
   const char* end_reason = "";  ///< static text; empty unless terminated
@@ -78,6 +79,11 @@ class WALKER_SIM_EXPORT Robot {
   ///               disturbances, which the robot ignores
   /// @throws std::exception if memory or the engine fails
   virtual void set_world(const WorldValues& values) = 0;
+
+  /// Sets the physics of the steps to come; the level stays.
+  /// @param values those of `set_world` with other numbers for parameters that can change
+  /// @throws as `set_world`
+  virtual void change_physics(const WorldValues& values) = 0;
 
   /// Draws an initial state from the generator.
   /// @param info receives one value per info name; NaN: absent

@@ -28,7 +28,8 @@ World preset(const std::string& name) {
 World ranges_of(const std::vector<walker_sim::WorldParameter>& parameters) {
   World world;
   for (const walker_sim::WorldParameter& parameter : parameters) {
-    if (world.emplace(parameter.name, WorldRange{parameter.low, parameter.high}).second) continue;
+    const WorldRange range{parameter.low, parameter.high, parameter.log_uniform != 0};
+    if (world.emplace(parameter.name, range).second) continue;
     throw std::invalid_argument("world parameter " + printable(parameter.name, kMaxQuotedBytes) +
                                 " is given twice");
   }
@@ -42,6 +43,7 @@ std::vector<walker_sim::WorldParameter> to_parameters(const World& world) {
     parameter.name = name;
     parameter.low = range.low;
     parameter.high = range.high;
+    parameter.log_uniform = static_cast<std::uint8_t>(range.is_log_uniform);
   }
   return parameters;
 }
@@ -70,7 +72,7 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   if (message.episode.has_seed != 0) record.seed = message.episode.seed;
   std::copy(message.episode.generator_state.begin(), message.episode.generator_state.end(),
             record.generator_state.begin());
-  record.world = to_values(message.episode.world);
+  record.world = ranges_of(message.episode.world);
   record.num_steps = message.episode.length;
   record.actions = message.actions;
   record.pushes.reserve(message.pushes.size());
@@ -103,25 +105,13 @@ std::optional<World> to_world(const walker_sim::World& message) {
   return world;
 }
 
-WorldValues to_values(const std::vector<walker_sim::WorldParameter>& message) {
-  WorldValues values;
-  for (const auto& [name, range] : ranges_of(message)) {
-    if (!range.is_number()) {
-      throw std::invalid_argument("world parameter " + to_string(World{{name, range}}) +
-                                  ": what was drawn must be a number, low == high");
-    }
-    values[name] = range.low;
-  }
-  return values;
-}
-
 void to_message(const World& world, walker_sim::World& message) {
   message.preset = world.empty() ? kGymnasiumsWorld : "";
   message.parameters = to_parameters(world);
 }
 
-void to_message(const WorldValues& values, std::vector<walker_sim::WorldParameter>& message) {
-  message = to_parameters(as_numbers(values));
+void to_message(const World& drawn, std::vector<walker_sim::WorldParameter>& message) {
+  message = to_parameters(drawn);
 }
 
 }  // namespace walker

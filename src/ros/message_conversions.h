@@ -19,8 +19,8 @@ namespace walker {
 Parameters parameters_of(const std::string& id, const std::vector<std::string>& names,
                          const std::vector<std::string>& values);
 
-/// @throws std::invalid_argument if the numbers of parameter names and values differ, or as
-///         `to_values`
+/// @throws std::invalid_argument if the numbers of parameter names and values differ, or naming a
+///         repeated parameter of the world
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);
 
 /// Writes what happened in the steps: actions, pushes and checksums.
@@ -30,12 +30,10 @@ void to_message(EpisodeRecord&& record, walker_sim::EpisodeRecord& message);
 /// @throws std::invalid_argument naming a preset that does not exist, or a repeated parameter
 std::optional<World> to_world(const walker_sim::World& message);
 
-/// @throws std::invalid_argument naming a parameter that is repeated or is not a number
-WorldValues to_values(const std::vector<walker_sim::WorldParameter>& message);
-
 /// The message requests the same world; for Gymnasium's it has the preset.
 void to_message(const World& world, walker_sim::World& message);
 
-void to_message(const WorldValues& values, std::vector<walker_sim::WorldParameter>& message);
+/// @param drawn by an episode
+void to_message(const World& drawn, std::vector<walker_sim::WorldParameter>& message);
 
 }  // namespace walker

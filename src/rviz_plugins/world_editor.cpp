@@ -29,7 +29,9 @@ QString text_of(const WorldRange& range, const std::string& unit) {
 
 World to_world(const std::vector<walker_sim::WorldParameter>& parameters) {
   World world;
-  for (const auto& [name, low, high] : parameters) world[name] = {low, high};
+  for (const auto& [name, low, high, log_uniform] : parameters) {
+    world[name] = {low, high, log_uniform != 0};
+  }
   return world;
 }
 
@@ -220,6 +222,7 @@ walker_sim::World WorldEditor::world() const {
     parameter.name = name;
     parameter.low = range.low;
     parameter.high = range.high;
+    parameter.log_uniform = static_cast<std::uint8_t>(range.is_log_uniform);
   }
   return world;
 }

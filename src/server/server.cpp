@@ -276,7 +276,7 @@ void Server::advertise_services() {
     const EpisodeState& state =
         schedule_->reset(request.has_seed != 0 ? seed : std::nullopt, to_world(request.world));
     response.transition = outputs_.message(state);
-    to_message(state.world_values(), response.world);
+    to_message(state.drawn_world(), response.world);
   });
   advertise<walker_sim::Step>(port_, "step", [this](const auto& request, auto& response) {
     schedule_->require_steps_by_service("step");
@@ -348,7 +348,7 @@ void Server::advertise_gazebo_services() {
   const auto present = [this] {
     Specification specification = pool_.specification();
     double& gravity = specification.gravity[2];
-    gravity = value_or(simulation_.shown().state().world_values(), "gravity", gravity);
+    gravity = value_or(simulation_.shown().world_values(), "gravity", gravity);
     return specification;
   };
   advertise<gazebo::GetPhysicsProperties>(

@@ -261,7 +261,7 @@ bool Restores::continue_first() {
     if (!scratch.repeat(first.record, std::chrono::steady_clock::now() + kSlice)) return false;
     const EpisodeState& state = simulation_.restore(scratch);
     response.transition = outputs_.message(state);
-    to_message(state.world_values(), response.world);
+    to_message(state.drawn_world(), response.world);
     response.success = 1;
   } catch (const std::exception& error) {
     response.status_message = printable(error.what());

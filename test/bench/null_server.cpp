@@ -18,6 +18,7 @@ class Frozen : public Robot {
 
   const Specification& specification() const override { return robot_->specification(); }
   void set_world(const WorldValues& values) override { robot_->set_world(values); }
+  void change_physics(const WorldValues& values) override { robot_->change_physics(values); }
   void reset(Generator& generator, double* info) override { robot_->reset(generator, info); }
   void step(RobotStep& step) override { step.reward = 0; }
   void observe(double* observation) const override { robot_->observe(observation); }

@@ -82,19 +82,21 @@ TEST(Messages, ChecksAReset) {
   Transition valid = example_transition();
   valid.step = 0;
   valid.action.clear();
-  const Rejections<Reset> rejections({valid, {{"gravity", -5}}}, [](Reader& reader, Reset& reset) {
-    read(reader, kServer, reset);
-  });
+  const Rejections<Reset> rejections(
+      {valid, {{"gravity", {-5, -5}}}},
+      [](Reader& reader, Reset& reset) { read(reader, kServer, reset); });
   rejections.expect([](Reset& reset) { reset.transition.action = {0}; },
                     "action has 1 elements; must have 0");
   rejections.expect(
       [](Reset& reset) {
-        for (int i = 0; i < 300; ++i) reset.world[std::to_string(i)] = i;
+        for (int i = 0; i < 300; ++i) reset.world[std::to_string(i)];
       },
       "world has 301 parameters; must have at most 256");
   rejections.expect(
-      [](Reset& reset) { reset.world["gravity"] = std::numeric_limits<double>::quiet_NaN(); },
+      [](Reset& reset) { reset.world["gravity"].low = std::numeric_limits<double>::quiet_NaN(); },
       "world has a range for gravity; must have a number");
+  rejections.expect([](Reset& reset) { reset.world["gravity"].low = -6; },
+                    "world has a range for gravity; must have a number");
 }
 
 /// Drawn values that the type cannot express.
@@ -107,7 +109,7 @@ TEST(Messages, ChecksDrawnValues) {
   };
   Message twice;
   twice.number(std::uint32_t{2});
-  for (int i = 0; i < 2; ++i) twice.text("a").number(1.0).number(1.0);
+  for (int i = 0; i < 2; ++i) twice.text("a").number(1.0).number(1.0).number(std::uint8_t{0});
   EXPECT_EQ(error_of(twice), "its answer's world has a twice");
   EXPECT_EQ(error_of(Message().number(kMax)), "the answer ends within a field");
 }
@@ -172,7 +174,7 @@ TEST(Messages, ChecksABatchOfResets) {
          std::vector<double>(rows, 2),
          {0},
          {"the engine"},
-         {{1, {{"gravity", -5}}}}},
+         {{1, {{"gravity", {-5, -5}}}}}},
         [&](Reader& reader, BatchReset& reset) { read(reader, kServer, rows, reset); });
     rejections.expect_size("observations", &BatchReset::observations);
     rejections.expect_size("info", &BatchReset::info);

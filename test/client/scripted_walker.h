@@ -50,14 +50,17 @@ inline ServerSpecification example_specification() {
 
 inline Message& append(const World& world, Message& message) {
   message.number(static_cast<std::uint32_t>(world.size()));
-  for (const auto& [name, range] : world) message.text(name).number(range.low).number(range.high);
+  for (const auto& [name, range] : world) {
+    message.text(name).number(range.low).number(range.high);
+    message.number(std::uint8_t{range.is_log_uniform});
+  }
   return message;
 }
 
 inline Message& append(const std::vector<EnvironmentWorld>& worlds, Message& message) {
   message.number(static_cast<std::uint32_t>(worlds.size()));
   for (const EnvironmentWorld& world : worlds) {
-    append(as_numbers(world.values), message.number(world.environment));
+    append(world.world, message.number(world.environment));
   }
   return message;
 }
@@ -108,7 +111,7 @@ inline BatchTransition example_batch() {
   batch.final_environments = {1};
   batch.final_observations = {11, 12, 13};
   batch.final_info = {14};
-  batch.worlds = {{1, {{"gravity", -5}, {"pit_gap", 0.5}}}};
+  batch.worlds = {{1, as_numbers({{"gravity", -5}, {"pit_gap", 0.5}})}};
   return batch;
 }
 
@@ -149,7 +152,7 @@ inline std::string to_bytes(const Transition& transition, bool success = true,
 /// Response of ~reset and ~restore.
 inline std::string to_bytes(const Reset& reset) {
   Message world;
-  return to_bytes(reset.transition) + append(as_numbers(reset.world), world).bytes();
+  return to_bytes(reset.transition) + append(reset.world, world).bytes();
 }
 
 inline std::string to_bytes(const RepeatedStep& repeated) {

@@ -16,6 +16,7 @@ class BareRobot : public Robot {
  public:
   const Specification& specification() const override { return specification_; }
   void set_world(const WorldValues& /*values*/) override {}
+  void change_physics(const WorldValues& /*values*/) override {}
   void observe(double* /*observation*/) const override {}
   void observe(const SensorNoise& /*noise*/, double* observation) const override {
     observe(observation);

@@ -137,6 +137,26 @@ TEST_P(PushesTest, OnSeveralLinksAddUpAndALaterOneReplaces) {
   EXPECT_EQ(row_of(*walker_), row_of(*other_));
 }
 
+/// A world's force is a push of each step. That on the trunk acts where a world's pushes do.
+TEST_P(PushesTest, AWorldsForcesAreThoseOfEachStepAndAddUpWithPushes) {
+  const std::vector<Link>& links = walker_->specification().links;
+  const std::uint32_t last = static_cast<std::uint32_t>(links.size()) - 1;
+  const auto walker = begun(
+      {{links[last].name + "_force_x", {3, 3}}, {links[last].name + "_force_z", {-2.5, -2.5}}});
+  walker_->reset(3);
+  for (int i = 0; i < 10; ++i) {
+    LinkWrench push{last, 3, -2.5, 0};
+    if (i == 5) {
+      walker->push({last, 0, 0, 0.25});  // sums of forces would have other roundings
+      push.torque_y = 0.25;
+    }
+    walker_->push(push);
+    walker_->step(action_);
+    walker->step(action_);
+    EXPECT_EQ(row_of(*walker), row_of(*walker_)) << i;
+  }
+}
+
 TEST_P(PushesTest, ZerosCancel) {
   for (const LinkWrench& wrench :
        {LinkWrench{0, 20, 10, 0}, LinkWrench{1, 20, 10, 0}, LinkWrench{0, 0, 0, 0}}) {

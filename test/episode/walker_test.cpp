@@ -229,7 +229,7 @@ TEST_F(EpisodeRecordTest, RefusalsNameTheFieldAndBothValues) {
       // Written by a release whose levels were boxes.
       {[&](auto& r) {
          r.engine_version = release;
-         r.world = {{"pit_gap", 1}};
+         r.world = {{"pit_gap", {1, 1}}};
        },
        "levels = boxes in the record; here it is lines"},
       {[](auto& r) { r.seed = 6; }, "generator_state is not that of seed = 6"},

@@ -54,11 +54,32 @@ TEST(World, ParsesYamlsOrdinaryForms) {
             (World{{"a", {1, 2}}, {"b", {1, 2}}}));
 }
 
+TEST(World, ParsesLogarithmicRanges) {
+  const World expected{{"friction_scale", {0.5, 2, true}}, {"gravity", {-5, -4}}};
+  for (const char* text : {
+           "{friction_scale: {log: [0.5, 2]}, gravity: [-5, -4]}",
+           "friction_scale: {log: [0.5, 2]}\ngravity: [-5, -4]\n",
+           "friction_scale:\n  log: [0.5, 2]\ngravity: [-5, -4]\n",
+           "friction_scale:\n  log:\n  - 0.5\n  - 2\ngravity: [-5, -4]\n",
+           "{\"friction_scale\": {\"log\": [0.5, 2]}, \"gravity\": [-5, -4]}",
+       }) {
+    EXPECT_EQ(parse_world(text, "x"), expected) << text;
+  }
+  EXPECT_EQ(to_string(expected), "{friction_scale: {log: [0.5, 2.0]}, gravity: [-5.0, -4.0]}");
+  EXPECT_EQ(parse_world(to_string(expected), "x"), expected);
+  EXPECT_EQ(parse_world("a: {log: [2, 2]}", "x"), (World{{"a", {2, 2}}}));
+  for (const char* text : {"a: {log: 2}", "a: {ln: [1, 2]}", "a: {log: [1, 2], b: 3}",
+                           "a: {log: {log: [1, 2]}}", "a: log: [1, 2]", "a: {log: [1, 2]"}) {
+    EXPECT_THROW(parse_world(text, "x"), std::invalid_argument) << text;
+  }
+}
+
 TEST(World, NamesWhatItCannotParse) {
   const auto message = [](const std::string& text) {
     return message_of<std::invalid_argument>([&] { parse_world(text, "w.yaml"); });
   };
-  const std::string allowed = ": must be NAME: NUMBER or NAME: [LOW, HIGH]";
+  const std::string allowed =
+      ": must be NAME: NUMBER, NAME: [LOW, HIGH] or NAME: {log: [LOW, HIGH]}";
   for (const std::string line :
        {"gravity", "gravity: low", "gravity: [1]", "gravity: [1, 2, 3]", "gravity: [1, x]", ": 1",
         "gravity:", "gravity: 1 2", "gravity: 1#2", "gravity: - 1", "gravity: *a", "gravity: [1, 2",
@@ -134,6 +155,14 @@ TEST(World, RefusesByName) {
       "world parameter stair_steps = 1.5: must be a whole number, or a range of whole numbers");
   EXPECT_EQ(refusal(kId, {{"push_impulse", {1, 1}}}),
             "world parameter push_impulse = 1.0: has no effect without push_interval");
+  EXPECT_EQ(refusal(kId, {{"change_interval", {1, 1}}, {"gravity", {-5, -5}}}),
+            "world parameter change_interval = 1.0: has no effect without a range of physics, such "
+            "as gravity: [-12, -8]");
+  EXPECT_EQ(refusal(kId, {{"friction_scale", {0, 2, true}}}),
+            "world parameter friction_scale = {log: [0.0, 2.0]}: with log must not contain 0");
+  EXPECT_EQ(
+      refusal(kId, {{"stair_steps", {1, 4, true}}}),
+      "world parameter stair_steps = {log: [1.0, 4.0]}: must be drawn uniformly, without log");
 }
 
 TEST(World, HasLimitsAroundItsDefaults) {

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from draws import disturbances, level
+from draws import disturbances, level, values_of_steps
 from gymnasium_reference import equal_bits
 from walker_sim import _core
 from walkers import IDS, make_ours
@@ -34,6 +34,12 @@ def draw(episode, name, low, high, dt):
     return dt * math.floor(value / dt + 0.5) if name.endswith("_delay") else value
 
 
+def draw_log(generator, low, high):
+    least, most = sorted(map(abs, (low, high)))
+    magnitude = math.exp(generator.uniform(math.log(least), math.log(most)))
+    return min(max(math.copysign(magnitude, low), low), high)
+
+
 def whole_ranges(environment_id):
     """Returns the widest range of each parameter that can be had beside those of the others."""
     world = {}
@@ -42,6 +48,7 @@ def whole_ranges(environment_id):
         narrower = {"push_interval": (0.1, 1000), "stair_width": (0.5, 1), "lidar_range": (0.1, 3)}
         narrower["joint_damping"] = (0, 0.2)
         world[parameter["name"]] = narrower.get(parameter["name"], (low, high))
+    del world["change_interval"]
     return world
 
 
@@ -55,6 +62,34 @@ def test_every_parameter(environment_id):
         world = env.unwrapped.world
         expected = {name: draw(episode, name, *world[name], env.unwrapped.dt) for name in world}
         assert env.reset(seed=seed)[1]["world"] == expected
+
+
+@pytest.mark.parametrize("environment_id", ["BipedalWalker-v3", "Walker2d-v5"])
+def test_physics_that_changes(environment_id):
+    gravity, friction, steps = (-20, -2), (0.3, 3), 40
+    env = make_ours(environment_id)
+    world = {
+        "change_interval": (2 * env.unwrapped.dt, 9 * env.unwrapped.dt),
+        "dropout": (0, 0.5),
+        "friction_scale": friction,
+        "gravity": {"log": gravity},
+    }
+    env.unwrapped.set_world(world)
+    for seed in SEEDS:
+        episode = np.random.default_rng(seed)
+        interval = derive(episode, "change_interval").uniform(*world["change_interval"])
+        dropout = derive(episode, "dropout").uniform(0, 0.5)
+        period = math.floor(interval / env.unwrapped.dt + 0.5)
+        changing = {**world, "change_interval": interval, "dropout": dropout}
+        assert env.reset(seed=seed)[1]["world"] == changing
+        falling, rubbing = derive(episode, "gravity"), derive(episode, "friction_scale")
+        rows = values_of_steps(
+            environment_id, _core.world_text(env.unwrapped.world), seed, steps, 4
+        )
+        for step in range(steps):
+            if step % period == 0:
+                drawn = [rubbing.uniform(*friction), draw_log(falling, *gravity)]
+            assert equal_bits(rows[step], [interval, dropout, *drawn])
 
 
 def course(generator, world, environment_id):
@@ -170,9 +205,10 @@ def test_every_level(environment_id, name):
 def test_pushes_and_errors_of_actions(environment_id):
     env = make_ours(environment_id)
     size, period, dt = env.action_space.shape[0], 3, env.unwrapped.dt
+    trunk = "hull" if environment_id.startswith("Bipedal") else "torso"
     world = (
-        f"{{push_interval: {period * dt}, push_impulse: 2, action_noise: 0.25, force_x: -3,"
-        " force_z: 1.5}"
+        f"{{push_interval: {period * dt}, push_impulse: 2, action_noise: 0.25, "
+        f"{trunk}_force_x: -3, {trunk}_force_z: 1.5}}"
     )
     for seed in SEEDS:
         episode = np.random.default_rng(seed)

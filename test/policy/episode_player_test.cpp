@@ -68,7 +68,7 @@ PlayedEpisode stepped(const std::string& id, Policy& policy, std::uint64_t seed,
   std::vector<double> action(specification.action_size());
   PolicyInput input(policy);
   walker.reset(seed);
-  played.world = walker.environment->world_values();
+  played.world = walker.environment->drawn_world();
   while (!walker.has_ended()) {
     for (std::size_t i = 0; i < walker.observation.size(); ++i) {
       double& value = walker.observation[i];

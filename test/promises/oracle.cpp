@@ -55,8 +55,7 @@ std::string play_out(Oracle& walker, Policy& policy, std::uint64_t seed) {
   if (walker.terminated) line += " terminated";
   if (walker.truncated) line += " truncated";
   if (length > 0) line += to_text(specification.info_names, walker.info.data());
-  for (const auto& [name, value] : walker.values)
-    line += " world " + name + "=" + hexadecimal(value);
+  line += to_text(walker.drawn);
   return walker.error.empty() ? line : line + " failed: " + walker.error;
 }
 

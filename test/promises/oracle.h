@@ -7,11 +7,13 @@
 #include <exception>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/random.h"
+#include "episode/checked_world.h"
 #include "episode/disturbances.h"
 #include "kernel_variable.h"
 #include "promises/promises.h"
@@ -27,7 +29,7 @@ class Oracle {
     make_robot();
     if (!other.has_begun_) return;
     generator_ = std::make_unique<Generator>(other.begin_);
-    begin(other.values);
+    begin(other.drawn);
     for (const std::vector<double>& action : other.actions_) step(action.data());
   }
   Oracle& operator=(const Oracle&) = delete;
@@ -37,8 +39,7 @@ class Oracle {
 
   void reset(Seed seed) {
     if (seed) generator_ = std::make_unique<Generator>(*seed);
-    begin(world.empty() ? WorldValues{}
-                        : CheckedWorld(specification(), world).draw(generator_->state()));
+    begin(world.empty() ? World{} : CheckedWorld(specification(), world).draw(generator_->state()));
   }
 
   void step(const double* action) {
@@ -49,6 +50,10 @@ class Oracle {
     step.action = action;
     step.info = info.data();
     try {
+      if (values_->begin_step(num_steps())) {
+        robot_->change_physics(values_->present());
+        if (disturbances_) disturbances_->set_forces(values_->present());
+      }
       if (disturbances_) disturbances_->begin_step(action, num_steps(), step);
       robot_->step(step);
       observe();
@@ -63,8 +68,8 @@ class Oracle {
     }
   }
 
-  World world;         // of the resets to come
-  WorldValues values;  // of the present episode
+  World world;  // of the resets to come
+  World drawn;  // by the present episode
   std::vector<double> observation, info;
   double reward = 0;
   bool terminated = false;
@@ -81,10 +86,12 @@ class Oracle {
     info.resize(specification().info_names.size());
   }
 
-  void begin(const WorldValues& drawn) {
+  void begin(const World& drawn_now) {
     begin_ = generator_->state();
     has_begun_ = true;
-    values = drawn;
+    drawn = drawn_now;
+    values_.emplace(drawn, specification().dt, begin_);
+    const WorldValues& values = values_->present();
     actions_.clear();
     error.clear();
     terminated = truncated = false;
@@ -114,6 +121,7 @@ class Oracle {
 
   Case case_;
   std::unique_ptr<Robot> robot_;
+  std::optional<EpisodeValues> values_;
   std::unique_ptr<Disturbances> disturbances_;
   std::unique_ptr<Generator> generator_;
   GeneratorState begin_{};  // before the reset
@@ -148,7 +156,7 @@ class Oracles final : public SingleWalkers {
   void reset_one(std::uint32_t i, Seed seed) override {
     Oracle& walker = *walkers_[i];
     walker.reset(seed);
-    add_reset(i, walker.observation.data(), walker.info.data(), walker.values, walker.error);
+    add_reset(i, walker.observation.data(), walker.info.data(), walker.drawn, walker.error);
   }
   void step_one(std::uint32_t i, const double* action, std::size_t /*size*/) override {
     Oracle& walker = *walkers_[i];

@@ -153,6 +153,16 @@ inline std::string to_text(const std::vector<std::string>& names, const double* 
   return text;
 }
 
+/// Returns NAME=BITS for each number and NAME=BITS:BITS for each range.
+inline std::string to_text(const World& world) {
+  std::string text;
+  for (const auto& [name, range] : world) {
+    text += " world " + name + "=" + hexadecimal(range.low);
+    if (!range.is_number()) text += ":" + hexadecimal(range.high);
+  }
+  return text;
+}
+
 /// Walkers behind an interface. Each call appends to the trace.
 class Interface {
  public:
@@ -194,22 +204,21 @@ class Interface {
   }
 
   Trace trace;
-  std::vector<WorldValues> drawn;  // by the present episodes
+  std::vector<World> drawn;  // by the present episodes
 
  protected:
   /// Appends a reset's line.
   /// @param error the engine's message; empty: it has succeeded
   void add_reset(std::uint32_t walker, const double* observation, const double* info,
-                 const WorldValues& values, const std::string& error) {
-    drawn[walker] = values;
+                 const World& world, const std::string& error) {
+    drawn[walker] = world;
     if (!error.empty()) {
       trace[walker].push_back("reset failed: " + error);
       return;
     }
     std::string line =
         "reset" + observation_text(observation) + to_text(specification_.info_names, info);
-    for (const auto& [name, value] : values) line += " world " + name + "=" + hexadecimal(value);
-    trace[walker].push_back(line);
+    trace[walker].push_back(line + to_text(world));
   }
 
   void add_step(std::uint32_t walker, const double* observation, double reward, bool terminated,
@@ -294,7 +303,7 @@ inline std::vector<double> actions_of(const Interface& interface, std::uint64_t 
 inline World world_of(const std::string& text, const Case& one, const Interface& interface) {
   if (text == "level") return to_world(one.level);
   if (text.rfind("drawn ", 0) != 0) return to_world(text);
-  return as_numbers(interface.drawn[std::stoul(text.substr(6))]);
+  return interface.drawn[std::stoul(text.substr(6))];
 }
 
 /// Plays a script. @return the trace

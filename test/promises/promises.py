@@ -116,6 +116,15 @@ def text_of(observation):
     return "".join(f" {hexadecimal(value)}" for value in observation)
 
 
+def world_text(drawn):
+    text = ""
+    for name in sorted(drawn):
+        given = drawn[name]["log"] if isinstance(drawn[name], dict) else drawn[name]
+        ends = given if isinstance(given, tuple) else (given,)
+        text += f" world {name}=" + ":".join(map(hexadecimal, ends))
+    return text
+
+
 class Interface:
     """Walkers behind an interface. Each call appends to the trace.
 
@@ -140,7 +149,7 @@ class Interface:
             line = f"reset failed: {info['error']}"
         else:
             line = "reset" + text_of(observation) + self.info_text(info)
-            line += "".join(f" world {key}={hexadecimal(world[key])}" for key in sorted(world))
+            line += world_text(world)
         self.trace[walker].append(line)
 
     def add_step(self, walker, observation, reward, terminated, truncated, info):

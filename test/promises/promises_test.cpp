@@ -47,7 +47,7 @@ class Episodes : public SingleWalkers {
   void reset_one(std::uint32_t i, Seed seed) override {
     walkers_[i]->reset(seed);
     const EpisodeState& state = walkers_[i]->state();
-    add_reset(i, state.observation.data(), state.info.data(), state.world_values(), state.error);
+    add_reset(i, state.observation.data(), state.info.data(), state.drawn_world(), state.error);
   }
   void step_one(std::uint32_t i, const double* action, std::size_t size) override {
     walkers_[i]->step(action, size);
@@ -177,7 +177,7 @@ class PoolWalkers : public Interface {
   void add_first_row(std::uint32_t row, std::uint32_t walker) {
     add_reset(walker, &arrays.observations[row * arrays.observation_size],
               arrays.info.data() + row * arrays.num_infos,
-              pool.walker(walker).state().world_values(), pool.reset_error(walker));
+              pool.walker(walker).state().drawn_world(), pool.reset_error(walker));
   }
 
   Pool pool;

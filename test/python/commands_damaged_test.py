@@ -143,9 +143,9 @@ def pushes(steps, columns=2, force=1.0):
                 ),
                 (
                     "{gravity",
-                    "world of the recording: {gravity: must be NAME: NUMBER or NAME: [LOW",
+                    "world of the recording: {gravity: must be NAME: NUMBER, NAME: [LOW",
                 ),
-                ("moon", "world of the recording: moon: must be NAME: NUMBER or NAME: [LOW, HIGH]"),
+                ("moon", "world of the recording: moon: must be NAME: NUMBER, NAME: [LOW, HIGH]"),
                 ("/dev/stdin", "world of the recording: /dev/stdin: must be NAME: NUMBER"),
                 (
                     "{hip_speed: 1}",

@@ -45,25 +45,14 @@ TEST(WorldMessages, PresetIsNoFile) {
   }
 }
 
-TEST(WorldMessages, DrawnValuesAreNumbers) {
-  EXPECT_EQ(to_values({parameter("gravity", -3, -3)}), (WorldValues{{"gravity", -3}}));
-  for (const double high : {-2.0, std::nan("")}) {
-    const std::string error =
-        message_of<std::invalid_argument>([&] { to_values({parameter("gravity", -3, high)}); });
-    EXPECT_NE(error.find("must be a number, low == high"), std::string::npos) << error;
-  }
-}
-
 TEST(WorldMessages, RoundTrip) {
-  for (const World& world : {World{}, World{{"gravity", {-3, -2}}, {"dropout", {0.5, 0.5}}}}) {
+  for (const World& world :
+       {World{},
+        World{{"gravity", {-3, -2}}, {"dropout", {0.5, 0.5}}, {"foot_mass", {1, 4, true}}}}) {
     walker_sim::World message;
     to_message(world, message);
     EXPECT_EQ(to_world(message), world);
   }
-  const WorldValues values{{"gravity", -3}, {"dropout", 0.1}};
-  std::vector<walker_sim::WorldParameter> message;
-  to_message(values, message);
-  EXPECT_EQ(to_values(message), values);
 }
 
 }  // namespace

@@ -195,8 +195,9 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         observation
             Shape of `observation_space`.
         info
-            Floats by name; in a world also ``world``, what the episode has drawn, floats by name.
-            Given as numbers, with the same seed, these values repeat the episode to the bit.
+            Floats by name; in a world also ``world``, what the episode has drawn: floats by name,
+            and ranges of what changes within it. As a world, with the same seed, this repeats the
+            episode to the bit.
 
         Raises
         ------
@@ -213,7 +214,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         self._is_closed = False
         self._pictures.begin(self._walkers.drawer(0))
         infos = by_name(self._info_names, info.tolist())
-        (drawn,) = self._walkers.world_values([0])
+        (drawn,) = self._walkers.episode_worlds([0])
         if drawn:
             infos["world"] = drawn
         return observation, infos

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from walker_sim import _core, arguments
 from walker_sim.registration import without_namespace
 from walker_sim.walkers import by_name
-from walker_sim.worlds import AnyWorld, World, to_world
+from walker_sim.worlds import AnyWorld, DrawnWorld, World, to_world
 
 AnyPolicy = Union[str, "os.PathLike[str]", bytes, "_core.Policy"]
 """A policy's file, or its content."""
@@ -32,7 +32,7 @@ class PlayedEpisode:
     end: str = ""  # arrived, fell, terminated, time limit or failed
     info: dict[str, float] = field(default_factory=dict)  # of the last step
     error: str = ""  # the engine's message if it failed
-    world: dict[str, float] = field(default_factory=dict)  # drawn at the reset
+    world: DrawnWorld = field(default_factory=dict)  # drawn at the reset
     # Over the observations that the policy got; empty: not asked for.
     observation_sums: Sequence[float] = ()
     observation_squares: Sequence[float] = ()

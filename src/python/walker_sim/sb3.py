@@ -325,7 +325,7 @@ class VecEnv(vec_env.VecEnv):
 
     def _complete_reset_infos(self, begun: list[int]) -> None:
         """Adds what these walkers have drawn from their worlds, and their engines' errors."""
-        for i, drawn in zip(begun, self._walkers.world_values(begun)):
+        for i, drawn in zip(begun, self._walkers.episode_worlds(begun)):
             if drawn:
                 self.reset_infos[i]["world"] = drawn
             error = self._record_failure(i)

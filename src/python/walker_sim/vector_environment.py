@@ -229,7 +229,7 @@ class WalkerVectorEnv(VectorEnv[NDArray[Any], NDArray[Any], NDArray[Any]]):
         if mask[0]:
             self._show_first(self._pictures.begin)
         infos = to_infos(self._info_names, info, mask)
-        drawn = zip(chosen, self._walkers.world_values(chosen))
+        drawn = zip(chosen, self._walkers.episode_worlds(chosen))
         add_worlds(infos, self.num_envs, {i: values for i, values in drawn if values})
         add_errors(infos, mask, range(self.num_envs), self._walkers.reset_error)
         return observations, infos

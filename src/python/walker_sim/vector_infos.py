@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walker_sim import _core
+from walker_sim.worlds import DrawnWorld
 
 Infos = Dict[str, Any]
 """``name``: array with one element per row; ``_name``: mask of the rows that have a value."""
@@ -33,8 +34,9 @@ def to_infos(
     return infos
 
 
-def add_worlds(infos: Infos, count: int, drawn: Mapping[int, Mapping[str, float]]) -> None:
-    """Adds ``world``, a dictionary in the same layout, if any of the `count` rows has `drawn`."""
+def add_worlds(infos: Infos, count: int, drawn: Mapping[int, DrawnWorld]) -> None:
+    """Adds ``world``, a dictionary in the same layout, if any of the `count` rows has `drawn`. An
+    array that has ranges is one of objects."""
     if not drawn:
         return
     worlds: Infos = {}
@@ -43,7 +45,11 @@ def add_worlds(infos: Infos, count: int, drawn: Mapping[int, Mapping[str, float]
         masks[row] = True
         for name, value in values.items():
             if name not in worlds:
-                worlds[name], worlds[f"_{name}"] = np.zeros(count), np.zeros(count, np.bool_)
+                has_ranges = any(
+                    not isinstance(each.get(name, 0.0), float) for each in drawn.values()
+                )
+                worlds[name] = np.full(count, None) if has_ranges else np.zeros(count)
+                worlds[f"_{name}"] = np.zeros(count, np.bool_)
             worlds[name][row], worlds[f"_{name}"][row] = value, True
     infos["world"] = worlds
 

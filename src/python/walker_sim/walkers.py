@@ -12,7 +12,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from walker_sim import _core
-from walker_sim.worlds import World, WorldValues
+from walker_sim.worlds import DrawnWorld, World
 
 if TYPE_CHECKING:
     from walker_sim.in_process import InProcessWalkers
@@ -152,11 +152,11 @@ class Walkers(ABC):
     def worlds(self) -> tuple[World, ...]:
         """Returns the worlds of the environments' resets to come."""
 
-    def world_values(self, environments: list[int]) -> list[WorldValues]:
+    def episode_worlds(self, environments: list[int]) -> list[DrawnWorld]:
         """Returns what the present episodes of these environments have drawn from their worlds."""
-        return self._driver.world_values(environments)
+        return self._driver.episode_worlds(environments)
 
-    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, WorldValues]:
+    def drawn_worlds(self, environments: Sequence[int]) -> dict[int, DrawnWorld]:
         """Returns what was drawn by the episodes that the last step has begun in a world, by row.
         `environments` has the environment of each row."""
         return self._driver.drawn_worlds(environments)

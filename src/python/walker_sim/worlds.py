@@ -10,15 +10,21 @@ from typing import Any, Dict, Mapping, Sequence, Tuple, Union
 from walker_sim import _core
 from walker_sim.registration import without_namespace
 
-World = Dict[str, Tuple[float, float]]
-"""Range (low, high) by parameter name; low equals high for a number. Empty: Gymnasium's world."""
+Range = Union[Tuple[float, float], Dict[str, Tuple[float, float]]]
+"""(low, high), equal for a number; or ``{"log": (low, high)}``, drawn by the logarithm."""
 
-WorldValues = Dict[str, float]
-"""What an episode has drawn from its world, by parameter name."""
+World = Dict[str, Range]
+"""Range by parameter name. Empty: Gymnasium's world."""
 
-AnyWorld = Union[None, str, "os.PathLike[str]", Mapping[str, Union[float, Sequence[float]]]]
+DrawnWorld = Dict[str, Union[float, Range]]
+"""What an episode has drawn from its world: numbers, and the ranges of what changes within it."""
+
+AnyRange = Union[float, Sequence[float], Mapping[str, Sequence[float]]]
+
+AnyWorld = Union[None, str, "os.PathLike[str]", Mapping[str, AnyRange]]
 """What users write for a world: None (Gymnasium's), a preset's name, a YAML file's path, a text as
-``"{gravity: -5, push_interval: [1, 3]}"``, or a mapping of names to numbers or pairs (low, high).
+``"{gravity: -5, push_interval: [1, 3]}"``, or a mapping of names to numbers, pairs (low, high), or
+``{"log": (low, high)}``, whose logarithm is drawn uniformly.
 """
 
 AnyWorlds = Union[AnyWorld, Sequence[AnyWorld]]
@@ -33,8 +39,9 @@ def world_presets() -> list[str]:
 def world_parameters(env_id: str) -> list[dict[str, Any]]:
     """Returns the parameters that a world can set in an environment, with or without the prefix
     ``walker_sim/``: dictionaries with ``name``, ``unit`` (empty: unitless), ``description``,
-    ``default`` (Gymnasium's; NaN: Gymnasium has nothing of the kind), ``minimum``, ``maximum`` and
-    ``is_whole`` (whether it takes whole numbers only)."""
+    ``default`` (Gymnasium's; NaN: Gymnasium has nothing of the kind), ``minimum``, ``maximum``,
+    ``is_whole`` (whether it takes whole numbers only) and ``can_change`` (whether it can change
+    within an episode, with ``change_interval``)."""
     return _core.world_parameters(without_namespace(env_id))
 
 
@@ -49,7 +56,7 @@ def read_world(given: AnyWorld) -> World:
         return _core.load_world(_to_bytes(given))
     raise TypeError(
         f"world = {_core.shown(given)}: must be None, a preset's name, a YAML file's path, or a "
-        "mapping of names to numbers or pairs (low, high)"
+        "mapping of names to numbers, pairs (low, high) or {'log': (low, high)}"
     )
 
 
@@ -84,9 +91,9 @@ def range_text(world: World) -> str:
     return _core.world_text(world)
 
 
-def text_of(values: WorldValues) -> str:
+def text_of(drawn: DrawnWorld) -> str:
     """Returns what an episode has drawn as `range_text` does."""
-    return range_text({name: (value, value) for name, value in values.items()})
+    return range_text(read_world(drawn))
 
 
 def _to_bytes(text: str | os.PathLike[str]) -> bytes:
@@ -98,18 +105,26 @@ def _to_bytes(text: str | os.PathLike[str]) -> bytes:
         ) from None
 
 
-def _to_range(name: Any, given: Any) -> tuple[float, float]:
+def ends_of(given: Range) -> tuple[float, float]:
+    """Returns the lowest and the highest value."""
+    return given["log"] if isinstance(given, dict) else given
+
+
+def _to_range(name: Any, given: Any) -> Range:
     """Returns the range of a number, or of a sequence of two, e.g. NumPy's or OmegaConf's."""
-    values = given.tolist() if hasattr(given, "tolist") else given
+    is_log_uniform = isinstance(given, Mapping) and [*given] == ["log"]
+    values = given["log"] if is_log_uniform else given
+    values = values.tolist() if hasattr(values, "tolist") else values
     is_pair = isinstance(values, Sequence) and not isinstance(values, (str, bytes))
     pair = values if is_pair else (values, values)
     if len(pair) != 2 or not all(map(_is_number, pair)):
         shown_name = _core.shown(name).strip("'")
         raise TypeError(
-            f"world parameter {shown_name} = {_core.shown(given)}: must be a number, or a pair "
-            "(low, high)"
+            f"world parameter {shown_name} = {_core.shown(given)}: must be a number, a pair "
+            "(low, high), or {'log': (low, high)}"
         )
-    return _to_float(pair[0]), _to_float(pair[1])
+    ends = _to_float(pair[0]), _to_float(pair[1])
+    return {"log": ends} if is_log_uniform and ends[0] != ends[1] else ends
 
 
 def _is_number(value: Any) -> bool:

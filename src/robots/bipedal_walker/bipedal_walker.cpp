@@ -53,6 +53,12 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
 
 void BipedalWalker::set_world(const WorldValues& values) { next_world_ = settings_of(values); }
 
+void BipedalWalker::change_physics(const WorldValues& values) {
+  set_world(values);
+  world_ = next_world_;
+  physics_->change(world_.dynamics);
+}
+
 void BipedalWalker::reset(Generator& generator, double* /*info*/) {
   RobotStep reset;
   reset.generator = &generator;
@@ -142,6 +148,8 @@ void BipedalWalker::begin_step(const RobotStep& step) {
   if (step.generator != nullptr) return;  // the step of a reset
   if (step.push[0] != 0 || step.push[1] != 0) physics_->push(step.push);
   for (const LinkWrench& wrench : step.wrenches) physics_->apply(wrench);
+  if (step.forces == nullptr) return;
+  for (const LinkWrench& force : *step.forces) physics_->apply(force);
 }
 
 void BipedalWalker::finish_step(RobotStep& step) {

@@ -42,6 +42,7 @@ class BipedalWalker : public Robot {
 
   const Specification& specification() const override { return *specification_; }
   void set_world(const WorldValues& values) override;
+  void change_physics(const WorldValues& values) override;
   void reset(Generator& generator, double* info) override;
 
   /// @throws std::runtime_error if Box2D fails an assertion

@@ -43,4 +43,8 @@ constexpr double kStartY = kTerrainHeight + 2 * kLegHeight;      // hull's initi
 constexpr double kFallReward = -100;      // reward of a step on which the walker falls
 constexpr double kRewardThreshold = 300;  // Gymnasium's registration, both variants
 
+/// Default of the impulse of pushes: changes the speed of the whole walker, which has 6.5 kg, by
+/// 0.5 m/s [N s].
+constexpr double kPushImpulse = 3;
+
 }  // namespace walker::bipedal_walker

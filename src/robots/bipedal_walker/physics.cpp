@@ -115,8 +115,8 @@ void Physics::build(const Ground& ground, double push, const Dynamics& dynamics)
                                         {+34 / kScale, +1 / kScale},
                                         {+34 / kScale, -8 / kScale},
                                         {-30 / kScale, -8 / kScale}}};
-  hull_ = create_body(dynamic_body({kStartX, kStartY}, 0), polygon_of(kHull), kHullDensity,
-                      kHullFriction, dynamics_.masses[0]);
+  hull_ = create_part(0, dynamic_body({kStartX, kStartY}, 0), polygon_of(kHull), kHullDensity,
+                      kHullFriction);
   hull_->ApplyForceToCenter(to_vector({push, 0}), true);
   build_leg(0);
   build_leg(1);
@@ -136,24 +136,62 @@ void Physics::destroy() {
   joints_ = {};
 }
 
+void Physics::change(const Dynamics& dynamics) {
+  const Dynamics before = std::exchange(dynamics_, dynamics);
+  world_.SetGravity(to_vector({0, dynamics_.gravity}));
+  change_friction();
+  if (dynamics_.mass_scale == before.mass_scale && dynamics_.masses == before.masses) return;
+  for (std::size_t link = 0; link < kBodies; ++link) {
+    b2Body& body = link == 0 ? *hull_ : *limbs_[link - 1];
+    body.ResetMassData();
+    set_mass(link, body);
+  }
+}
+
+/// A contact's friction is the geometric mean of its fixtures', so all are scaled.
+void Physics::change_friction() {
+  const auto set = [this](b2Body& body, double friction) {
+    const double scaled = friction * dynamics_.friction_scale;
+    body.GetFixtureList()->SetFriction(static_cast<float>(scaled));
+  };
+  for (b2Body* body : ground_) set(*body, dynamics_.floor_friction);
+  set(*hull_, kHullFriction);
+  for (b2Body* limb : limbs_) set(*limb, kLimbFriction);
+  for (b2Contact* each = world_.GetContactList(); each != nullptr; each = each->GetNext()) {
+    each->ResetFriction();
+  }
+}
+
 /// Creates ground if the body is static, else a part of the walker.
-/// @param mass_given [kg]; 0: by density and mass_scale
 b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double density,
-                             double friction, double mass_given) {
+                             double friction) {
   const bool is_ground = body.type == b2_staticBody;
   b2FixtureDef fixture;
   fixture.shape = &shape;
   fixture.density = static_cast<float>(density);
-  // A contact's friction is the geometric mean of its fixtures', so all are scaled.
   fixture.friction = static_cast<float>(friction * dynamics_.friction_scale);
   fixture.filter.categoryBits = is_ground ? kGroundCategory : kWalkerCategory;
   fixture.filter.maskBits = is_ground ? kAllCategories : kGroundCategory;
   b2Body* created = world_.CreateBody(&body);
   created->CreateFixture(&fixture);
-  if (is_ground || (dynamics_.mass_scale == 1 && mass_given == 0)) return created;
+  return created;
+}
+
+/// @param link of `kLinks`
+b2Body* Physics::create_part(std::size_t link, const b2BodyDef& body, const b2Shape& shape,
+                             double density, double friction) {
+  b2Body* created = create_body(body, shape, density, friction);
+  set_mass(link, *created);
+  return created;
+}
+
+/// @param body has the mass of its density
+void Physics::set_mass(std::size_t link, b2Body& body) const {
+  const double mass_given = dynamics_.masses[link];
+  if (dynamics_.mass_scale == 1 && mass_given == 0) return;
   // A scaled density would round the centre of mass, which the kernel's worlds share.
   b2MassData mass;
-  created->GetMassData(&mass);
+  body.GetMassData(&mass);
   mass.mass *= static_cast<float>(dynamics_.mass_scale);
   mass.I *= static_cast<float>(dynamics_.mass_scale);
   if (mass_given != 0) {
@@ -161,8 +199,7 @@ b2Body* Physics::create_body(const b2BodyDef& body, const b2Shape& shape, double
     mass.I += more * mass.center.LengthSquared();  // about the body's origin
     mass.mass = static_cast<float>(mass_given);
   }
-  created->SetMassData(&mass);
-  return created;
+  body.SetMassData(&mass);
 }
 
 void Physics::build_ground(const Ground& ground) {
@@ -186,19 +223,18 @@ void Physics::build_ground(const Ground& ground) {
 
 void Physics::build_leg(std::size_t leg) {
   const double side = leg == 0 ? -1 : +1;
-  const auto create_limb = [&](double center_height, double half_width, double mass) {
+  const auto create_limb = [&](std::size_t link, double center_height, double half_width) {
     b2PolygonShape shape;
     shape.SetAsBox(static_cast<float>(half_width), static_cast<float>(kLegHeight / 2));
-    return create_body(dynamic_body({kStartX, center_height}, side * kLegSpread), shape,
-                       kLimbDensity, kLimbFriction, mass);
+    return create_part(link, dynamic_body({kStartX, center_height}, side * kLegSpread), shape,
+                       kLimbDensity, kLimbFriction);
   };
   b2Body*& upper = limbs_[2 * leg];
   b2Body*& lower = limbs_[2 * leg + 1];
-  upper = create_limb(kStartY - kLegHeight / 2 - kLegDown, kLegWidth / 2,
-                      dynamics_.masses[2 * leg + 1]);
+  upper = create_limb(2 * leg + 1, kStartY - kLegHeight / 2 - kLegDown, kLegWidth / 2);
   joints_[2 * leg] = create_joint(hull_, upper, kLegDown, side, kHipLower, kHipUpper);
-  lower = create_limb(kStartY - kLegHeight * 3 / 2 - kLegDown, kLowerLegTaper * kLegWidth / 2,
-                      dynamics_.masses[2 * leg + 2]);
+  lower = create_limb(2 * leg + 2, kStartY - kLegHeight * 3 / 2 - kLegDown,
+                      kLowerLegTaper * kLegWidth / 2);
   joints_[2 * leg + 1] = create_joint(upper, lower, -kLegHeight / 2, 1, kKneeLower, kKneeUpper);
 }
 

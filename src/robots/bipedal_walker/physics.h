@@ -89,6 +89,9 @@ class Physics {
   /// @param push horizontal force on the hull during the first step [N]
   void build(const Ground& ground, double push, const Dynamics& dynamics = {});
 
+  /// Sets other dynamics, also those of contacts that exist. Equal dynamics change no bit.
+  void change(const Dynamics& dynamics);
+
   /// Destroys all bodies, in Gymnasium's order. The world keeps its own state.
   void destroy();
 
@@ -166,8 +169,11 @@ class Physics {
     std::array<const b2Body*, 2> lower_legs_{};
   };
 
-  b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction,
-                      double mass_given = 0);
+  b2Body* create_body(const b2BodyDef& body, const b2Shape& shape, double density, double friction);
+  b2Body* create_part(std::size_t link, const b2BodyDef& body, const b2Shape& shape, double density,
+                      double friction);
+  void set_mass(std::size_t link, b2Body& body) const;
+  void change_friction();
   void build_ground(const Ground& ground);
   void build_leg(std::size_t leg);
   void reserve_tree_nodes(int fixtures);

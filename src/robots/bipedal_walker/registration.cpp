@@ -11,9 +11,6 @@
 namespace walker::bipedal_walker {
 namespace {
 
-/// Changes the speed of the whole walker, which has 6.5 kg, by 0.5 m/s [N s].
-constexpr double kPushImpulse = 3;
-
 Registration registration(const std::string& id, bool hardcore, std::uint32_t max_episode_steps) {
   Registration made;
   made.id = id;

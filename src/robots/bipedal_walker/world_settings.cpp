@@ -4,7 +4,7 @@
 #include <string>
 #include <tuple>
 
-#include "base/link_mass.h"
+#include "base/link_parameters.h"
 #include "base/range_finder.h"
 #include "base/shortest_text.h"
 
@@ -57,7 +57,7 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
       "Length of the grass between two obstacles, rounded to columns of 14/30 m, of which "
       "Gymnasium draws 5 to 9; up to two columns longer."};
   std::vector<WorldParameter> parameters = level_parameters(limits, texts);
-  const std::vector<WorldParameter> others{
+  std::vector<WorldParameter> physics{
       {"gravity", "m/s^2", "Upward acceleration in free fall.", double{kGravity}, -30, 0},
       {"floor_friction", "",
        "Friction of the ground, before friction_scale. A contact has the geometric mean of the "
@@ -73,18 +73,18 @@ std::vector<WorldParameter> world_parameters(bool hardcore) {
        kHipSpeed, 0, 15},
       {"knee_speed", "rad/s", "Speed of the knees' motors; observed speeds stay fractions of 6.",
        kKneeSpeed, 0, 15},
-      lidar_range_parameter(kLidarRange),
-      {"initial_push", "N s",
-       "Largest horizontal impulse on the hull during the reset, which draws one of either "
-       "direction.",
-       kInitialPush / kStepsPerSecond, 0, 10},
-      range_noise_parameter(),
+      mass_parameter(kLinks[0], 1, 30),
   };
-  parameters.insert(parameters.end(), others.begin(), others.end());
-  parameters.push_back(mass_parameter(kLinks[0], 1, 30));
-  for (std::size_t i = 1; i < kBodies; ++i) {
-    parameters.push_back(mass_parameter(kLinks[i], 0.05, 3));
-  }
+  for (std::size_t i = 1; i < kBodies; ++i) physics.push_back(mass_parameter(kLinks[i], 0.05, 3));
+  add_force_parameters({kLinks.begin(), kLinks.end()}, kPushImpulse, physics);
+  for (WorldParameter& parameter : physics) parameter.can_change = true;
+  parameters.insert(parameters.end(), physics.begin(), physics.end());
+  parameters.push_back(lidar_range_parameter(kLidarRange));
+  parameters.push_back({"initial_push", "N s",
+                        "Largest horizontal impulse on the hull during the reset, which draws one "
+                        "of either direction.",
+                        kInitialPush / kStepsPerSecond, 0, 10});
+  parameters.push_back(range_noise_parameter());
   return parameters;
 }
 

@@ -230,8 +230,8 @@ Registration registration(const Version& version) {
   made.id = version.id();
   made.parameters = parameters(version);
   made.world_parameters = level_parameters();
-  const std::vector<WorldParameter> physics =
-      physics_parameters(version.kind->joint_damping, version.kind->bodies);
+  const std::vector<WorldParameter> physics = physics_parameters(
+      version.kind->joint_damping, version.kind->bodies, version.kind->push_impulse);
   made.world_parameters.insert(made.world_parameters.end(), physics.begin(), physics.end());
   made.world_parameters.push_back(lidar_range_parameter(lidar_range(*version.kind)));
   made.world_parameters.push_back(range_noise_parameter());

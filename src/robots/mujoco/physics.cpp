@@ -36,14 +36,16 @@ void load_data(const mjModel& m, mjData& data, const double* values) {
 /// Writes the wrenches as MuJoCo takes them, at the bodies' centres of mass.
 void apply(const mjModel& m, const std::vector<BodyWrench>& wrenches, mjData& data) {
   mj_kinematics(&m, &data);
+  std::fill_n(data.xfrc_applied, 6 * m.nbody, 0.0);
   for (const BodyWrench& wrench : wrenches) {
     double* const force = at(data.xfrc_applied, wrench.body, 6);
-    double* const torque = force + 3;
     std::array<double, 3> arm;
+    std::array<double, 3> moment;
     mju_sub3(arm.data(), at(data.xpos, wrench.body, 3), at(data.xipos, wrench.body, 3));
-    mju_cross(torque, arm.data(), wrench.force.data());
-    mju_addTo3(torque, wrench.torque.data());
-    mju_copy3(force, wrench.force.data());
+    mju_cross(moment.data(), arm.data(), wrench.force.data());
+    mju_addTo3(force, wrench.force.data());
+    mju_addTo3(force + 3, moment.data());
+    mju_addTo3(force + 3, wrench.torque.data());
   }
 }
 

@@ -29,7 +29,7 @@ struct ExternalForces {
   /// Force on the trunk's origin: generalized force on the slides, the world's x and z [N]. The
   /// built-in trunks have their centre of mass there.
   std::array<double, 2> trunk{};
-  const std::vector<BodyWrench>* wrenches = nullptr;  ///< of distinct bodies; null: none
+  const std::vector<BodyWrench>* wrenches = nullptr;  ///< those on a body add up; null: none
 };
 
 /// One instance's part of a `Physics::step_together` call.

@@ -5,7 +5,7 @@
 
 #include "base/checks.h"
 #include "base/engine_release.h"
-#include "base/link_mass.h"
+#include "base/link_parameters.h"
 #include "base/range_finder.h"
 #include "base/unwrapped_angle.h"
 #include "robots/mujoco/model.h"
@@ -180,9 +180,13 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
 
 void PlanarRobot::set_world(const WorldValues& values) {
   level_ = level_of(values);
-  physics_->set_model(models_.model_of(physics_of(values)));
+  change_physics(values);
   if (!level_) set_ground({}, nullptr);
   lidar_range_ = value_or(values, "lidar_range", options_.lidar_range);
+}
+
+void PlanarRobot::change_physics(const WorldValues& values) {
+  physics_->set_model(models_.model_of(physics_of(values)));
 }
 
 void PlanarRobot::set_ground(const GeneratorState& origin,
@@ -309,12 +313,16 @@ void PlanarRobot::remember_state() {
 ExternalForces PlanarRobot::forces_of(const RobotStep& step) {
   ExternalForces forces;
   forces.trunk = {step.push[0] / specification_.dt, step.push[1] / specification_.dt};
-  if (step.wrenches.empty()) return forces;
+  if (step.wrenches.empty() && step.forces == nullptr) return forces;
   wrenches_.clear();
-  for (const LinkWrench& wrench : step.wrenches) {
-    const int body = wrench.link == 0 ? layout_.trunk : layout_.limbs[wrench.link - 1];
-    wrenches_.push_back({body, {wrench.force_x, 0, wrench.force_z}, {0, wrench.torque_y, 0}});
-  }
+  const auto add = [this](const std::vector<LinkWrench>& wrenches) {
+    for (const LinkWrench& wrench : wrenches) {
+      const int body = wrench.link == 0 ? layout_.trunk : layout_.limbs[wrench.link - 1];
+      wrenches_.push_back({body, {wrench.force_x, 0, wrench.force_z}, {0, wrench.torque_y, 0}});
+    }
+  };
+  add(step.wrenches);
+  if (step.forces != nullptr) add(*step.forces);
   forces.wrenches = &wrenches_;
   return forces;
 }

@@ -74,6 +74,7 @@ class PlanarRobot : public Robot {
 
   const Specification& specification() const override { return specification_; }
   void set_world(const WorldValues& values) override;
+  void change_physics(const WorldValues& values) override;
   void reset(Generator& generator, double* info) override;
 
   /// @throws std::runtime_error if the simulation is unstable

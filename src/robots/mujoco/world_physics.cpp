@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/link_mass.h"
+#include "base/link_parameters.h"
 #include "robots/mujoco/floor.h"
 #include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/physics.h"
@@ -111,7 +111,8 @@ class MassComputation {
 };
 
 std::vector<WorldParameter> physics_parameters(const DampingLimits& damping,
-                                               const std::vector<std::string>& bodies) {
+                                               const std::vector<std::string>& bodies,
+                                               double push_impulse) {
   constexpr double kOwn = std::numeric_limits<double>::quiet_NaN();
   std::vector<WorldParameter> parameters{
       {"gravity", "m/s^2", "Acceleration of free fall, upwards.", -9.81, -50, 0},
@@ -127,6 +128,8 @@ std::vector<WorldParameter> physics_parameters(const DampingLimits& damping,
        kOwn, 0, 10},
   };
   for (const std::string& body : bodies) parameters.push_back(mass_parameter(body, 0.1, 20));
+  add_force_parameters(bodies, push_impulse, parameters);
+  for (WorldParameter& parameter : parameters) parameter.can_change = true;
   return parameters;
 }
 

@@ -22,10 +22,12 @@ struct DampingLimits {
 /// Parameter of the floor's sliding friction.
 constexpr const char* kFloorFriction = "floor_friction";
 
-/// Returns the world's parameters of physics.
-/// @param bodies whose masses a world can set, by MuJoCo's names
+/// Returns the world's parameters of physics, which all can change within an episode.
+/// @param bodies       by MuJoCo's names, on which forces can act and whose masses can be set
+/// @param push_impulse default of the impulse of pushes [N s]
 std::vector<WorldParameter> physics_parameters(const DampingLimits& damping,
-                                               const std::vector<std::string>& bodies);
+                                               const std::vector<std::string>& bodies,
+                                               double push_impulse);
 
 /// Values of a world's parameters of physics, named as these.
 struct WorldPhysics {

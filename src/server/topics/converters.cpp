@@ -140,7 +140,7 @@ void to_message(const EpisodeState& state, const Frames& frames, ros::Time stamp
   message.seed = state.seed.value_or(0);
   std::copy(state.generator_state.begin(), state.generator_state.end(),
             message.generator_state.begin());
-  to_message(state.world_values(), message.world);
+  to_message(state.drawn_world(), message.world);
   message.length = state.step;
   message.episode_return = state.episode_return;
   message.end_reason = state.end_reason;

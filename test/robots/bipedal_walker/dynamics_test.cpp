@@ -173,6 +173,38 @@ TEST(DynamicsTest, MassScaleIsAFactorOfMassesAndInertias) {
   }
 }
 
+/// Changed dynamics are those that a new world would have, also in contacts that exist.
+TEST(DynamicsTest, ChangeWithinAnEpisode) {
+  Dynamics other = with_gravity(-5);
+  other.friction_scale = 0.3;
+  other.floor_friction = 1.5;
+  other.mass_scale = 1.7;
+  other.masses[2] = 0.5;
+  Flight changed({}, 0, 0);
+  Flight built(other, 0, 0);
+  const auto find_contact = [](Flight& flight) -> const b2Contact& {
+    const b2Contact* contact = nullptr;
+    while (contact == nullptr) {
+      flight.step();
+      contact = flight.physics.world().GetContactList();
+    }
+    return *contact;
+  };
+  const b2Contact& contact = find_contact(changed);
+  changed.physics.change(other);
+  EXPECT_EQ(contact.GetFriction(), find_contact(built).GetFriction());
+  EXPECT_EQ(changed.physics.world().GetGravity().y, -5);
+  for (std::size_t i = 0; i < kBodies; ++i) {
+    const b2Body& body = *changed.physics.parts().bodies[i];
+    const b2Body& expected = *built.physics.parts().bodies[i];
+    EXPECT_EQ(body.GetMass(), expected.GetMass());
+    EXPECT_EQ(body.GetInertia(), expected.GetInertia());
+    EXPECT_EQ(body.GetLocalCenter().x, expected.GetLocalCenter().x);
+    EXPECT_EQ(body.GetLocalCenter().y, expected.GetLocalCenter().y);
+    EXPECT_EQ(body.GetFixtureList()->GetFriction(), expected.GetFixtureList()->GetFriction());
+  }
+}
+
 TEST(DynamicsTest, AMassIsThatOfItsLinkWhoseInertiaStays) {
   Generator generator(1);
   const Ground ground = draw_ground(generator, false);

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "base/link_parameters.h"
 #include "error_message.h"
 #include "robots/bipedal_walker/random_world.h"
 
@@ -14,7 +15,7 @@ namespace walker::bipedal_walker {
 namespace {
 
 TEST(WorldSettingsTest, RegistrationHasTheParameters) {
-  const std::set<std::string> expected{
+  std::set<std::string> expected{
       "ground_roughness", "pit_gap",         "stump_width",      "stump_height",
       "stump_float",      "stair_width",     "stair_height",     "stair_steps",
       "stair_steps_vary", "gravity",         "friction_scale",   "motor_strength",
@@ -22,6 +23,7 @@ TEST(WorldSettingsTest, RegistrationHasTheParameters) {
       "lidar_range",      "initial_push",    "obstacle_spacing", "range_noise",
       "floor_friction",   "hull_mass",       "upper_leg_1_mass", "lower_leg_1_mass",
       "upper_leg_2_mass", "lower_leg_2_mass"};
+  for (const std::string link : kLinks) expected.insert({link + "_force_x", link + "_force_z"});
   for (const std::string id : {kPlain, kHardcore}) {
     const Registration& registration = find_registration(id);
     std::set<std::string> names;
@@ -61,7 +63,8 @@ TEST(WorldSettingsTest, OtherNamesAreIgnored) {
 TEST(WorldSettingsTest, AreEqualIfAllValuesAre) {
   EXPECT_TRUE(settings_of({}) == WorldSettings{});
   for (const WorldParameter& parameter : world_parameters(false)) {
-    if (parameter.name == "range_noise") continue;  // the episode's
+    if (parameter.name == "range_noise" || is_force_name(parameter.name))
+      continue;  // the episode's
     const WorldValues values{{parameter.name, parameter.maximum}};
     EXPECT_TRUE(settings_of(values) == settings_of(values)) << parameter.name;
     EXPECT_FALSE(settings_of(values) == WorldSettings{}) << parameter.name;

@@ -10,6 +10,7 @@ then agree in every episode.
 
 import numpy as np
 import pytest
+from draws import values_of_steps
 from gymnasium_reference import Plan, Session, equal_bits, play_episode
 from mujoco_reference import (
     IDS,
@@ -19,10 +20,12 @@ from mujoco_reference import (
     OTHER_PARAMETERS,
     Actions,
     action_size,
+    make_theirs,
     own_model,
     play,
     robot_of,
 )
+from walker_sim import _core
 from walkers import ASSETS, make_ours
 
 STEPS = 20
@@ -112,6 +115,33 @@ def test_floor_friction_and_masses(environment_id, friction):
     plans = plans_of("random", 30)
     ours, theirs = (Session(environment_id, each, plans) for each in ({"world": world}, {}))
     assert (largest_differences(ours, theirs, change) <= NEAR).mean() >= 0.93
+
+
+@pytest.mark.parametrize("environment_id", IDS)
+def test_physics_that_changes(environment_id):
+    ours, theirs = make_ours(environment_id), make_theirs(environment_id, {})
+    world = {"change_interval": 3 * ours.unwrapped.dt, "gravity": (-15, -5), "torso_mass": (1, 8)}
+    ours.unwrapped.set_world(world)
+    model, size = theirs.unwrapped.model, action_size(environment_id)
+    differences = []
+    for seed in range(30):
+        text = _core.world_text(ours.unwrapped.world)
+        rows = values_of_steps(environment_id, text, seed, STEPS, len(world))
+        model.opt.gravity[2], model.body("torso").mass = rows[0, 1:]
+        pairs = [(ours.reset(seed=seed)[0], theirs.reset(seed=seed)[0])]
+        random = np.random.default_rng(seed)
+        for _, gravity, mass in rows:
+            model.opt.gravity[2], model.body("torso").mass = gravity, mass
+            action = random.uniform(-1, 1, size)
+            (our, _, end, _, _), (their, _, also, _, _) = ours.step(action), theirs.step(action)
+            pairs.append((our, their))
+            assert end == also
+            if end:
+                break
+        assert equal_bits(*pairs[0])
+        differences.append(max(np.abs(our - their).max() for our, their in pairs))
+    assert len(np.unique(rows, axis=0)) == 7
+    assert (np.array(differences) <= NEAR).mean() >= 0.93
 
 
 @pytest.mark.parametrize("environment_id", IDS[1::2])

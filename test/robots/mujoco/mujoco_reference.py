@@ -83,18 +83,22 @@ class Actions:
         return rounded(-0.5 * (angles + off_level) - 0.05 * speeds + self._slow)
 
 
-def play(session, change=lambda model: None):
-    """Plays a session in one Gymnasium environment and returns a list of Episode. `change` is
-    called with its model.
+def make_theirs(environment_id, parameters):
+    """Makes Gymnasium's environment.
 
     For a pair of geoms, MuJoCo 2.2 and 3.2 use the larger margin, MuJoCo 4.0 the sum. Hopper's
     geoms all have the same margin, so half of it in 4.0 equals the whole margin here.
     """
-    environment = gymnasium.make(
-        session.environment_id, disable_env_checker=True, **session.parameters
-    )
+    environment = gymnasium.make(environment_id, disable_env_checker=True, **parameters)
     if int(mujoco.__version__.partition(".")[0]) >= 4:
         environment.unwrapped.model.geom_margin[:] /= 2
+    return environment
+
+
+def play(session, change=lambda model: None):
+    """Plays a session in one Gymnasium environment and returns a list of Episode. `change` is
+    called with its model."""
+    environment = make_theirs(session.environment_id, session.parameters)
     change(environment.unwrapped.model)
     info_names = INFO_NAMES[session.environment_id]
     size = action_size(session.environment_id)

@@ -87,6 +87,7 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
       EXPECT_LE(parameter.minimum, parameter.default_value);
       EXPECT_LE(parameter.default_value, parameter.maximum);
     }
+    constexpr int kFirstBody = 16;
     std::vector<std::string> expected{
         "ground_roughness", "pit_gap",          "stump_width",   "stump_height",
         "stump_float",      "stair_width",      "stair_height",  "stair_steps",
@@ -95,6 +96,11 @@ TEST(WorldPhysicsTest, ParametersAreListed) {
         "torso_mass",       "thigh_mass",       "leg_mass",      "foot_mass"};
     if (id[0] == 'W') {
       expected.insert(expected.end(), {"thigh_left_mass", "leg_left_mass", "foot_left_mass"});
+    }
+    const std::vector<std::string> bodies(expected.begin() + kFirstBody, expected.end());
+    for (const std::string& name : bodies) {
+      const std::string body = name.substr(0, name.rfind('_'));
+      for (const char* force : {"_force_x", "_force_z"}) expected.push_back(body + force);
     }
     expected.insert(expected.end(), {"lidar_range", "range_noise"});
     EXPECT_EQ(names, expected);

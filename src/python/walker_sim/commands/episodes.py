@@ -86,7 +86,7 @@ def play(
         free = []
         if begun:
             observations, info = walkers.reset([*begun], [seed for _, seed in begun.values()])
-        drawn = walkers.world_values([*begun])
+        drawn = walkers.episode_worlds([*begun])
         for (environment, (order, seed)), world in zip(begun.items(), drawn):
             error = walkers.reset_error(environment)
             episode = RecordedEpisode(order, seed, error=error, world=world)

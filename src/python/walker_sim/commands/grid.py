@@ -11,13 +11,13 @@ from decimal import ROUND_FLOOR, Decimal
 from typing import Any, NamedTuple, Sequence
 
 from walker_sim.commands.options import MAX_SEEDS, InputError
-from walker_sim.worlds import World, read_world, to_world
+from walker_sim.worlds import World, ends_of, read_world, to_world
 
 MAX_AXES = 3
 MAX_VALUES = 1000
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 # The names of check_steps in src/episode/disturbances.cpp.
-ROUNDED = ("action_delay", "observation_delay", "push_interval")
+ROUNDED = ("action_delay", "observation_delay", "push_interval", "change_interval")
 SYNTAX = "must be NAME=FIRST:END:STEP or NAME=VALUE,VALUE,..., e.g. push_impulse=0:40:10"
 
 
@@ -131,7 +131,7 @@ def refuse_equal(grid: Grid, dt: float) -> None:
     """InputError if two worlds are the same after their times are rounded to steps of `dt`."""
 
     def rounded(name: str, world: World) -> tuple[float, float]:
-        low, high = world[name]
+        low, high = ends_of(world[name])
         if name not in ROUNDED or low < high:  # a drawn time is rounded after the draw
             return low, high
         steps = math.floor(low / dt + 0.5)
@@ -155,7 +155,8 @@ def _add_pushes(bases: dict[str, World], names: Sequence[str]) -> str:
     if "push_impulse" not in names or "push_interval" in names or not missing:
         return ""
     interval = read_world("pushed")["push_interval"]
+    low, high = ends_of(interval)
     for row in missing:
         bases[row] = {**bases[row], "push_interval": interval}
     where = f" ({', '.join(missing)})" if len(missing) < len(bases) else ""
-    return f"push_interval is [{interval[0]:g}, {interval[1]:g}] s, as in pushed{where}"
+    return f"push_interval is [{low:g}, {high:g}] s, as in pushed{where}"

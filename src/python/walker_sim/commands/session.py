@@ -56,7 +56,7 @@ class Session:
         if error:
             self.episode = RecordedEpisode(self.count, seed, error=error, end="failed")
             raise RuntimeError(f"seed {seed}: the simulation failed at its reset: {error}")
-        world = self.walkers.world_values([0])[0]
+        world = self.walkers.episode_worlds([0])[0]
         self.episode = RecordedEpisode(self.count, seed, world=world)
         self.episode.steps.begin(observations[0], info[0])
         self._observation: NDArray[Any] = observations[0]

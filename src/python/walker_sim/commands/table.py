@@ -10,6 +10,7 @@ from typing import Callable, Iterable, Sequence, TextIO
 
 from walker_sim.episode_player import PlayedEpisode
 from walker_sim.files import NOT_REPLACEABLE, beside, descriptor_of, naming, replace_file
+from walker_sim.worlds import Range, ends_of
 
 FIELDS = ("seed", "return", "length", "terminated", "truncated", "end")
 
@@ -92,8 +93,16 @@ class Table:
     def _row_of(self, episode: PlayedEpisode) -> list[object]:
         """Returns a row; absent info is empty."""
         info = [episode.info.get(name, "") for name in self._info_names]
-        world = [episode.world.get(name, "") for name in self._world_names]
+        world = [_entry(episode.world.get(name, "")) for name in self._world_names]
         outcome = (episode.terminated, episode.truncated, episode.end)
         row = (episode.seed, episode.episode_return, episode.length, *outcome)
         first = [self._world_of(episode)] if self._world_of else []
         return [*first, *row, *info, *world, episode.error]
+
+
+def _entry(drawn: float | Range | str) -> float | str:
+    """Returns a number, or a range as in a world's text."""
+    if isinstance(drawn, (float, str)):
+        return drawn
+    low, high = ends_of(drawn)
+    return f"{{log: [{low}, {high}]}}" if isinstance(drawn, dict) else f"[{low}, {high}]"

@@ -10,8 +10,8 @@ from walker_sim.commands import options as common
 
 DESCRIPTION = """\
 Lists the presets of --world, or the parameters that a world can set in one environment. Each is a
-number, or a range [LOW, HIGH] from which every episode draws. A parameter that a world does not set
-has Gymnasium's value.
+number, or a range from which every episode draws, [LOW, HIGH] or, with a uniform logarithm,
+{log: [LOW, HIGH]}. A parameter that a world does not set has Gymnasium's value.
 """
 
 EPILOG = f"""\

@@ -8,7 +8,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from walker_sim import _core
-from walker_sim.worlds import World, world_parameters
+from walker_sim.worlds import Range, World, ends_of, range_text, world_parameters
 
 ABSENT = {"push_impulse": 0.0}
 """What means Gymnasium's world, where that is not a parameter's default."""
@@ -43,9 +43,15 @@ class Curriculum:
         self,
         env_id: str,
         parameters: Mapping[str, Any],
-        world: Mapping[str, tuple[float, float]],
+        world: Mapping[str, Range],
         growth: Mapping[str, Any],
     ) -> None:
+        for name, given in world.items():
+            if isinstance(given, dict):
+                raise ValueError(
+                    f"curriculum: world = {range_text({name: given})}: must be drawn uniformly, "
+                    "without log"
+                )
         walker = _core.Pool(env_id, dict(parameters))
 
         def is_allowed(name: str, value: float) -> bool:
@@ -60,14 +66,14 @@ class Curriculum:
         known = {each["name"]: each for each in world_parameters(env_id)}
         self._begin = {
             name: _closest(ABSENT.get(name, known[name]["default"]), low, high)
-            for name, (low, high) in world.items()
+            for name, (low, high) in ((name, ends_of(given)) for name, given in world.items())
         }
         walker.set_world([], [{name: (begin, begin) for name, begin in self._begin.items()}])
         self._ends: list[tuple[str, int]] = []
         self._values: list[list[float]] = []  # of each end, on its way
         for name, range_ in world.items():
             for side in (0, 1):
-                begin, end = self._begin[name], range_[side]
+                begin, end = self._begin[name], ends_of(range_)[side]
                 if begin == end:
                     continue
                 way = np.linspace(begin, end, growth["moves"] + 1)[1:-1]
@@ -76,7 +82,7 @@ class Curriculum:
                 self._values.append([begin, *(each for each in rounded if is_allowed(name, each))])
         if not self._ends:
             raise ValueError(
-                f"curriculum: world = {_core.world_text(dict(world))} has no range that grows; "
+                f"curriculum: world = {range_text(dict(world))} has no range that grows; "
                 "must have one, such as friction_scale: [0.5, 1.5]; a stage without one needs "
                 "curriculum: null"
             )
@@ -106,7 +112,8 @@ class Curriculum:
         """Returns the present ranges with one parameter at its end."""
         world = self.world
         name, side = self._ends[turn % len(self._ends)]
-        world[name] = (world[name][side], world[name][side])
+        end = ends_of(world[name])[side]
+        world[name] = (end, end)
         return world
 
     def take(self, turn: int, mean_return: float) -> None:

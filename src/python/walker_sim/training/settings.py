@@ -13,7 +13,7 @@ from typing import Any, Callable, Mapping, Sequence
 from walker_sim import _core
 from walker_sim.training.curve import COLUMNS
 from walker_sim.training.mixture import Part
-from walker_sim.worlds import World, read_world
+from walker_sim.worlds import Range, World, read_world
 
 EVOLUTIONARY = ("es", "cma")
 """Algorithms that compare whole episodes of networks; they need neither torch nor gradients."""
@@ -210,7 +210,7 @@ class Settings:
     seed: int = _setting(0, _whole(0, 2**32 - 1))
     parameters: Mapping[str, Any] = _setting({}, _parameters)
     """Parameters of the environment by name."""
-    world: Mapping[str, tuple[float, float]] | Sequence[Mapping[str, Any]] = _setting({}, _worlds)
+    world: Mapping[str, Range] | Sequence[Mapping[str, Any]] = _setting({}, _worlds)
     """World in which the policy is trained and evaluated, or a list of worlds, see `mixture`."""
     keep_best_by: str = _setting("mean", _one_of("mean", "min"))
     """Which number of an evaluation in several worlds decides the policy that is kept: the mean or

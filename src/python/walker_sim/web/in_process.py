@@ -14,10 +14,10 @@ from walker_sim import _core
 from walker_sim.commands.policies import Policies, has_policy, make_policies, policies_of
 from walker_sim.commands.recording import arrays_of
 from walker_sim.commands.session import Playback, Session
-from walker_sim.web.panel import PANEL_INTERVAL, Panel
+from walker_sim.web.panel import PANEL_INTERVAL, Panel, text_of
 from walker_sim.web.scene import Drag, Scene
 from walker_sim.window import Pace
-from walker_sim.worlds import World
+from walker_sim.worlds import World, read_world
 
 MAX_POLICY = 64 << 20  # size of a policy's file [bytes]
 
@@ -160,7 +160,7 @@ class Page(Playback):
         self._panel.show_speed(self.pace.speed)
         episode = self.session.episode
         state = episode.end or ("paused" if self.is_paused else "")
-        drawn = ", ".join(f"{name} {value:.3g}" for name, value in episode.world.items())
+        drawn = text_of(read_world(episode.world))
         world = f"\n\nworld: {drawn}" if drawn else ""
         pushes = f", pushed in {len(episode.pushes)} steps" if episode.pushes else ""
         self._panel.show_status(

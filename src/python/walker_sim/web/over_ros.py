@@ -24,11 +24,11 @@ from walker_sim.msg import World as WorldMessage
 from walker_sim.msg import WorldParameter
 from walker_sim.srv import Reset, Restore, SetRealTimeFactor, SetWorld, Snapshot, Step
 from walker_sim.web.connection import ServerMonitor, Services
-from walker_sim.web.panel import PANEL_INTERVAL, Panel
+from walker_sim.web.panel import PANEL_INTERVAL, Panel, text_of
 from walker_sim.web.scene import Drag, Scene
 from walker_sim.web.server import LOOPBACK, CannotServe, serve
 from walker_sim.web.topics import TopicBuffer
-from walker_sim.worlds import World
+from walker_sim.worlds import World, ends_of
 
 PICTURE_INTERVAL = 0.02  # [s of wall time]
 ADDRESS_INTERVAL = 30.0  # between prints of the address [s of wall time]
@@ -198,7 +198,7 @@ class ServerPage:
             return
         state = progress.end_reason or ("paused" if monitor.is_paused else self._spec.mode)
         seed = f"seed {progress.seed}" if progress.has_seed else "unseeded"
-        drawn = ", ".join(f"{each.name} {each.low:.3g}" for each in progress.world)
+        drawn = text_of(to_world(progress.world))
         panel.show_status(
             f"{head} episode {progress.episode}, {seed}\n\n"
             f"step {progress.length}, return **{progress.episode_return:.1f}** {state}"
@@ -215,11 +215,19 @@ def robot_of(spec: Any) -> tuple[Any, ...]:
 def to_message(world: World) -> WorldMessage:
     if not world:
         return WorldMessage(preset="gymnasium")
-    return WorldMessage(parameters=[WorldParameter(name, *ends) for name, ends in world.items()])
+    return WorldMessage(
+        parameters=[
+            WorldParameter(name, *ends_of(given), isinstance(given, dict))
+            for name, given in world.items()
+        ]
+    )
 
 
 def to_world(message: WorldMessage) -> World:
-    return {each.name: (each.low, each.high) for each in message.parameters}
+    return {
+        each.name: {"log": (each.low, each.high)} if each.log_uniform else (each.low, each.high)
+        for each in message.parameters
+    }
 
 
 def main() -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from walker_sim import _core
 from walker_sim.commands.options import InputError
 from walker_sim.commands.policies import PolicyFailed
-from walker_sim.worlds import World, to_world
+from walker_sim.worlds import World, ends_of, to_world
 
 PANEL_INTERVAL = 0.2  # between updates of plots and status [s of wall time]
 PLOTTED = 500  # latest pictures
@@ -24,6 +24,15 @@ OTHER = "other"  # entry of the presets: the world is none of them, or was chang
 MAX_MESSAGE = 1000  # length of an error's text
 PUSHES = {"up": ("I", 0, 1), "left": ("J", -1, 0), "down": ("K", 0, -1), "right": ("L", 1, 0)}
 """Keys and ways along x and z. viser's camera has the arrows, W, A, S, D, Q and E."""
+
+
+def text_of(drawn: World) -> str:
+    """Returns what an episode has drawn, as short as it is shown."""
+    ends = {name: ends_of(value) for name, value in drawn.items()}
+    return ", ".join(
+        f"{name} {low:.3g}" + (f" to {high:.3g}" if low < high else "")
+        for name, (low, high) in ends.items()
+    )
 
 
 class Walker(Protocol):
@@ -129,7 +138,7 @@ class Panel:
         self._text.value = _core.world_text(world)
         self._preset.value = OTHER
         for name, (slider, default) in self._sliders.items():
-            value = world[name][0] if name in world else default
+            value = ends_of(world[name])[0] if name in world else default
             slider.value = min(max(value, slider.min), slider.max)
 
     def add_point(

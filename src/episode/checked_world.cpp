@@ -1,0 +1,134 @@
+#include "episode/checked_world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "base/shortest_text.h"
+#include "walker_sim/registry.h"
+
+namespace walker {
+namespace {
+
+bool has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Returns the names of what changes within an episode, if its world has a `change_interval`.
+std::vector<std::string> changing_names(const std::string& id, const World& world) {
+  std::vector<std::string> names;
+  if (world.count(kChangeInterval) == 0) return names;
+  for (const WorldParameter& parameter : world_parameters(id)) {
+    if (parameter.can_change) names.push_back(parameter.name);
+  }
+  return names;
+}
+
+/// Draws from a range that is no number. The number of a logarithmic one stays within its ends,
+/// whatever their logarithms are rounded to.
+double draw_from(const WorldRange& range, bool is_whole, Generator& generator) {
+  if (is_whole) {
+    const std::int64_t end = std::llround(range.high) + 1;
+    return static_cast<double>(generator.integers(std::llround(range.low), end));
+  }
+  if (!range.is_log_uniform) return generator.uniform(range.low, range.high);
+  const auto [least, most] = std::minmax({std::abs(range.low), std::abs(range.high)});
+  const double magnitude = std::exp(generator.uniform(std::log(least), std::log(most)));
+  return std::clamp(std::copysign(magnitude, range.low), range.low, range.high);
+}
+
+/// Refuses a delay or an interval that would be no step.
+void check_steps(const Specification& specification, const World& world) {
+  for (const char* name : {"action_delay", "observation_delay", "push_interval", kChangeInterval}) {
+    const auto found = world.find(name);
+    if (found == world.end() || found->second.high == 0) continue;
+    if (to_steps(found->second.high, specification.dt) != 0) continue;
+    throw std::invalid_argument("world parameter " + std::string(name) + " = " +
+                                shortest_text(found->second.high) +
+                                " s: is shorter than half a step of " + specification.id + " (" +
+                                shortest_text(specification.dt / 2) + " s)");
+  }
+}
+
+}  // namespace
+
+std::uint32_t to_steps(double seconds, double dt) {
+  return static_cast<std::uint32_t>(std::lround(seconds / dt));
+}
+
+CheckedWorld::CheckedWorld(const Specification& specification, World world)
+    : ranges_(std::move(world)), dt_(specification.dt) {
+  check_world(specification.id, ranges_);
+  for (const auto& [name, reason] : specification.inapplicable_world_parameters) {
+    if (ranges_.count(name) != 0) {
+      throw std::invalid_argument("world parameter " + name + ": cannot be applied; " + reason);
+    }
+  }
+  check_steps(specification, ranges_);
+  for (const WorldParameter& parameter : world_parameters(specification.id)) {
+    if (parameter.is_whole) whole_.push_back(parameter.name);
+  }
+  changing_ = changing_names(specification.id, ranges_);
+}
+
+std::shared_ptr<const CheckedWorld> CheckedWorld::share(const Specification& specification,
+                                                        const World& world) {
+  return world.empty() ? nullptr : std::make_shared<const CheckedWorld>(specification, world);
+}
+
+World CheckedWorld::draw(const GeneratorState& episode) const {
+  World drawn = ranges_;
+  for (auto& [name, range] : drawn) {
+    if (range.is_number() || has(changing_, name)) continue;
+    Generator generator = derive(episode, name);
+    const double value = draw_from(range, has(whole_, name), generator);
+    range = {value, value};
+  }
+  for (const char* name : {"action_delay", "observation_delay"}) {
+    const auto found = drawn.find(name);
+    if (found == drawn.end()) continue;
+    const double delay = dt_ * to_steps(found->second.low, dt_);
+    found->second = {delay, delay};
+  }
+  return drawn;
+}
+
+void check_drawn_world(const std::string& id, const World& drawn) {
+  check_world(id, drawn);
+  const std::vector<std::string> changing = changing_names(id, drawn);
+  for (const auto& [name, range] : drawn) {
+    if (range.is_number() || has(changing, name)) continue;
+    throw std::invalid_argument("world parameter " + to_string(World{{name, range}}) +
+                                ": what was drawn must be a number, or a range of physics beside " +
+                                kChangeInterval);
+  }
+}
+
+EpisodeValues::EpisodeValues(const World& drawn, double dt, const GeneratorState& episode) {
+  for (const auto& [name, range] : drawn) {
+    present_[name] = range.low;
+    if (!range.is_number()) changing_.push_back({name, range, derive(episode, name)});
+  }
+  if (changing_.empty()) return;
+  period_ = std::max(1U, to_steps(present_.at(kChangeInterval), dt));
+  draw();
+}
+
+bool EpisodeValues::begin_step(std::uint32_t step) {
+  if (period_ == 0 || step == 1 || (step - 1) % period_ != 0) return false;
+  draw();
+  return true;
+}
+
+void EpisodeValues::skip(std::uint32_t steps) {
+  for (std::uint32_t step = 1; period_ != 0 && step <= steps; ++step) begin_step(step);
+}
+
+void EpisodeValues::draw() {
+  for (auto& [name, range, generator] : changing_) {
+    present_[name] = draw_from(range, false, generator);
+  }
+}
+
+}  // namespace walker
