@@ -48,6 +48,9 @@ class Restorable {
   void reset(std::optional<std::uint64_t> seed) { walker_.reset(seed); }
   void step(const std::vector<double>& action) { walker_.step(action); }
   void push(const LinkWrench& wrench) { walker_.push(wrench); }
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity) {
+    walker_.set_coordinates(position, velocity);
+  }
   const Specification& specification() const { return walker_.specification(); }
   const EpisodeState& state() const { return walker_.state(); }
   const Sensors& sensors() { return walker_.sensors(); }

@@ -107,6 +107,8 @@ struct Specification {
                                            ///< before its reset and on the actions
   std::vector<std::string> contact_links;  ///< links with a ground contact sensor
   RangeFinder range_finder;
+  std::size_t num_coordinates = 0;  ///< generalized positions, and as many velocities, that
+                                    ///< `set_coordinates` takes; 0: it is refused
   /// World parameters of this id that the environment's other parameters rule out, and why.
   std::vector<std::pair<std::string, std::string>> inapplicable_world_parameters;
   std::string engine;

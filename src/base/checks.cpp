@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "base/shortest_text.h"
 #include "walker_sim/errors.h"
@@ -68,6 +69,21 @@ void check_actions_size(const Specification& specification, std::size_t size,
   throw InvalidAction("actions have " + std::to_string(size) + " values; must have " +
                       std::to_string(num_envs * action_size) + ", " + std::to_string(action_size) +
                       " for each of " + std::to_string(num_envs) + " environments");
+}
+
+void check_coordinates(const Specification& specification, const std::vector<double>& position,
+                       const std::vector<double>& velocity) {
+  const std::size_t num_coordinates = specification.num_coordinates;
+  if (num_coordinates == 0) {
+    throw std::logic_error(specification.id +
+                           " has no positions and velocities that can be set; load a saved state");
+  }
+  for (const auto& [name, values] : {std::pair("qpos", &position), std::pair("qvel", &velocity)}) {
+    check_size(name, values->size(), num_coordinates, "coordinate");
+    for (std::size_t i = 0; i < values->size(); ++i) {
+      check_finite(element(name, i), (*values)[i], "");
+    }
+  }
 }
 
 void check_finite(const std::string& name, double value, const std::string& unit) {

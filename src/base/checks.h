@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "walker_sim/export.h"
 #include "walker_sim/sensors.h"
@@ -27,6 +28,13 @@ WALKER_SIM_EXPORT void check_action_of(std::size_t environment, const Specificat
 /// @throws InvalidAction if it is wrong
 WALKER_SIM_EXPORT void check_actions_size(const Specification& specification, std::size_t size,
                                           std::size_t num_envs);
+
+/// Checks generalized positions (qpos) and velocities (qvel).
+/// @throws std::logic_error if the environment has none, std::invalid_argument naming the wrong
+///         size or value
+WALKER_SIM_EXPORT void check_coordinates(const Specification& specification,
+                                         const std::vector<double>& position,
+                                         const std::vector<double>& velocity);
 
 /// Checks all measurements except the position: sizes, non-finite values, negative ranges, a
 /// non-unit quaternion.

@@ -26,6 +26,10 @@ constexpr double kMaxRealTimeFactor = 1000;
 constexpr std::uint32_t kMaxRecordedSteps = 1000000;
 constexpr std::size_t kMaxRecordedPushes = 100000;
 constexpr std::size_t kPushBytes = 2 * sizeof(std::uint32_t) + 3 * sizeof(double);  // Push.msg
+constexpr std::size_t kMaxRecordedCoordinates = 10000;
+/// Upper bound of Coordinates.msg, for 16 coordinates; the robots have at most 9.
+constexpr std::size_t kCoordinatesBytes =
+    3 * sizeof(std::uint32_t) + std::size_t{2} * 16 * sizeof(double);
 
 /// Upper bound of each component of a push by hand in axes of its link, far above any weight
 /// [N, N m].

@@ -192,7 +192,8 @@ std::size_t max_answer_bytes(ServiceIndex service, const ServerSpecification& se
   }
   if (service == kSnapshot) {
     const std::size_t steps = kMaxRecordedSteps * (action + sizeof(std::uint64_t));
-    bytes = steps + kMaxRecordedPushes * kPushBytes + kMaxSpecificationBytes + kWords;
+    bytes = steps + kMaxRecordedPushes * kPushBytes + kMaxRecordedCoordinates * kCoordinatesBytes +
+            kMaxSpecificationBytes + kWords;
   }
   if (service == kRender) bytes = std::size_t{kMaxPixels} * kMaxPixels * sizeof(float) + kWords;
   return std::min(bytes, tcpros::kMaxMessageBytes);

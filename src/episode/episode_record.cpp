@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/bits.h"
+#include "base/checks.h"
 #include "base/engine_release.h"
 #include "base/limits.h"
 #include "base/printable_text.h"
@@ -76,6 +77,30 @@ void check_pushes(const EpisodeRecord& record, const Specification& specificatio
   }
 }
 
+void check_recorded_coordinates(const EpisodeRecord& record, const Specification& specification) {
+  for (std::size_t i = 0; i < record.coordinates.size(); ++i) {
+    const auto& [step, position, velocity] = record.coordinates[i];
+    const std::string name = "coordinates[" + std::to_string(i) + "]";
+    const std::uint32_t lowest = i == 0 ? 0 : record.coordinates[i - 1].step;
+    if (step < lowest || step > record.num_steps) {
+      throw std::invalid_argument(name + ".step = " + std::to_string(step) + "; must be in [" +
+                                  std::to_string(lowest) + ", " + std::to_string(record.num_steps) +
+                                  "]");
+    }
+    try {
+      check_coordinates(specification, position, velocity);
+    } catch (const std::logic_error& error) {
+      throw std::invalid_argument(name + ": " + error.what());
+    }
+  }
+}
+
+void check_count(std::size_t count, std::size_t most, const char* what) {
+  if (count <= most) return;
+  throw std::invalid_argument("the record has " + std::to_string(count) + " " + what +
+                              "; must have at most " + std::to_string(most));
+}
+
 }  // namespace
 
 void check_wrench(const LinkWrench& wrench, const Specification& specification) {
@@ -138,6 +163,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
                                 std::to_string(specification.action_size()));
   }
   check_pushes(record, specification);
+  check_recorded_coordinates(record, specification);
   const std::size_t num_transitions = std::size_t{record.num_steps} + 1;
   if (!record.checksums.empty() && record.checksums.size() != num_transitions) {
     throw std::invalid_argument("checksums has " + std::to_string(record.checksums.size()) +
@@ -166,6 +192,7 @@ EpisodeRecord Walker::record() const {
   record.num_steps = state_.step;
   record.actions = actions_;
   record.pushes = pushes_;
+  record.coordinates = coordinates_;
   record.checksums = checksums_;
   check_repeatable(record, specification());
   return record;
@@ -173,14 +200,9 @@ EpisodeRecord Walker::record() const {
 
 void Walker::begin(const EpisodeRecord& record) {
   check_repeatable(record, specification());
-  if (record.num_steps > kMaxRecordedSteps) {
-    throw std::invalid_argument("the record has " + std::to_string(record.num_steps) +
-                                " steps; must have at most " + std::to_string(kMaxRecordedSteps));
-  }
-  if (record.pushes.size() > kMaxRecordedPushes) {
-    throw std::invalid_argument("the record has " + std::to_string(record.pushes.size()) +
-                                " pushes; must have at most " + std::to_string(kMaxRecordedPushes));
-  }
+  check_count(record.num_steps, kMaxRecordedSteps, "steps");
+  check_count(record.pushes.size(), kMaxRecordedPushes, "pushes");
+  check_count(record.coordinates.size(), kMaxRecordedCoordinates, "coordinates");
   set_generator_state(record.generator_state);  // may throw, before anything has changed
   begin_episode(record.seed, std::make_shared<const World>(record.world));
   if (state_.failed_at_reset()) {
@@ -190,19 +212,34 @@ void Walker::begin(const EpisodeRecord& record) {
 
 bool Walker::repeat(const EpisodeRecord& record, std::chrono::steady_clock::time_point until) {
   const std::size_t size = specification().action_size();
-  require_checksum(record);
-  while (state_.step < record.num_steps) {
+  for (bool is_late = false;; is_late = std::chrono::steady_clock::now() >= until) {
+    const RecordedCoordinates* const set = next_coordinates(record);
+    if (set == nullptr) {
+      require_checksum(record);  // of this step, and of all coordinates that were set after it
+      if (state_.step == record.num_steps) return true;
+    }
+    if (is_late) return false;
+    const std::uint32_t step_number = state_.step + (set == nullptr ? 1 : 0);
     try {
-      repeat_pushes(record);
-      step(&record.actions[state_.step * size], size);
+      if (set != nullptr) {
+        set_coordinates(set->position, set->velocity);
+      } else {
+        repeat_pushes(record);
+        step(&record.actions[state_.step * size], size);
+      }
     } catch (const std::exception& error) {
-      throw std::invalid_argument("step " + std::to_string(state_.step + 1) +
+      throw std::invalid_argument("step " + std::to_string(step_number) +
                                   " of the record: " + error.what());
     }
-    require_checksum(record);
-    if (std::chrono::steady_clock::now() >= until) break;
   }
-  return state_.step == record.num_steps;
+}
+
+/// Returns the coordinates that the record sets next after the present step; null: none. Those that
+/// have been set are in `coordinates_`.
+const RecordedCoordinates* Walker::next_coordinates(const EpisodeRecord& record) const {
+  if (coordinates_.size() >= record.coordinates.size()) return nullptr;
+  const RecordedCoordinates& next = record.coordinates[coordinates_.size()];
+  return next.step == state_.step ? &next : nullptr;
 }
 
 /// Pushes as in the record's next step, also with zeros, which earlier versions recorded. Those of
@@ -224,7 +261,8 @@ void Walker::require_checksum(const EpisodeRecord& record) const {
                               "; repeated here it is " + std::to_string(checksums_.back()));
 }
 
-/// FNV-1a on 64-bit words. The shift lets a difference in a sign reach the lower bits.
+/// Appends the checksum of a step, or continues it after coordinates were set.
+/// FNV-1a on 64-bit words; the shift lets a difference in a sign reach the lower bits.
 void Walker::record_checksum() {
   constexpr std::uint64_t kOffsetBasis = 0xcbf29ce484222325;
   constexpr std::uint64_t kPrime = 0x100000001b3;
@@ -239,7 +277,8 @@ void Walker::record_checksum() {
   add(state_.terminated ? 1 : 0);
   add(state_.truncated ? 1 : 0);
   for (const double value : state_.info) add(to_bits(value));
-  checksums_.push_back(checksum);
+  checksums_.resize(state_.step + std::size_t{1});
+  checksums_.back() = checksum;
 }
 
 }  // namespace walker

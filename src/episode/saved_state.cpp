@@ -245,6 +245,7 @@ std::function<void()> Walker::read_state(const std::byte* state, std::size_t siz
     if (state_.has_begun()) state_.episode = next_episode;
     actions_.clear();
     pushes_.clear();
+    coordinates_.clear();
     was_loaded_ = state_.has_begun();
     forget_sensors();
   };

@@ -102,6 +102,7 @@ bool Walker::prepare_reset(std::optional<std::uint64_t> seed,
   step_.wrenches.clear();
   actions_.clear();
   pushes_.clear();
+  coordinates_.clear();
   checksums_.clear();
   was_loaded_ = false;
   forget_sensors();
@@ -261,6 +262,7 @@ bool Walker::prepare(const double* action) {
   } else if (!actions_.empty()) {
     actions_ = {};
     pushes_ = {};
+    coordinates_ = {};
     checksums_ = {};
   }
   return !step_.failure;
@@ -357,6 +359,7 @@ void Walker::take_over(Walker& other) {
   std::swap(generator_, other.generator_);
   std::swap(actions_, other.actions_);
   std::swap(pushes_, other.pushes_);
+  std::swap(coordinates_, other.coordinates_);
   std::swap(checksums_, other.checksums_);
   std::swap(was_loaded_, other.was_loaded_);
   std::swap(values_, other.values_);
@@ -415,6 +418,12 @@ void capture(Environment& environment, std::uint32_t step, StateCapture& capture
 void Walker::set_coordinates(const std::vector<double>& position,
                              const std::vector<double>& velocity) {
   require_state("set_state");
+  check_coordinates(specification(), position, velocity);
+  if (coordinates_.size() >= kMaxRecordedCoordinates) {
+    throw std::logic_error("set_state: the episode has been set " +
+                           std::to_string(kMaxRecordedCoordinates) +
+                           " times, as often as its record can have");
+  }
   robot_->set_coordinates(position, velocity, state_.info.data());
   if (disturbances_) disturbances_->forget_past();
   observe();
@@ -422,10 +431,10 @@ void Walker::set_coordinates(const std::vector<double>& position,
   state_.terminated = false;
   state_.truncated = false;
   state_.end_reason.clear();
-  actions_.clear();
-  pushes_.clear();
-  was_loaded_ = true;
   forget_sensors();
+  if (!options_.records_actions || was_loaded_ || state_.step > kMaxRecordedSteps) return;
+  coordinates_.push_back({state_.step, position, velocity});
+  record_checksum();
 }
 
 void Walker::set_coordinates(const std::vector<double>& position,

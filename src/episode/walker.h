@@ -69,6 +69,13 @@ struct RecordedPush {
   LinkWrench wrench;
 };
 
+/// Coordinates that were set within an episode.
+struct RecordedCoordinates {
+  std::uint32_t step = 0;  ///< after which they were set; 0: the reset
+  std::vector<double> position;
+  std::vector<double> velocity;
+};
+
 /// A record of an episode that suffices to repeat it with bitwise equal results.
 struct EpisodeRecord {
   std::string id;
@@ -81,6 +88,7 @@ struct EpisodeRecord {
   std::uint32_t num_steps = 0;
   std::vector<double> actions;       ///< steps x action size, as given [unitless]
   std::vector<RecordedPush> pushes;  ///< in the order of step and link, one per step and link
+  std::vector<RecordedCoordinates> coordinates;  ///< in the order in which they were set
   /// Checksums of the transitions, the reset's first (EpisodeRecord.msg has the formula). They are
   /// verified when the record is repeated; empty: not compared.
   std::vector<std::uint64_t> checksums;
@@ -157,7 +165,7 @@ class WALKER_SIM_EXPORT Walker final : public Environment {
   /// @param steps at most kMaxGroupSize distinct walkers that are pairwise `can_step_together`
   static void step_group(const GroupStep* steps, std::size_t count) noexcept;
 
-  /// As the override below. The episode can then no longer be recorded.
+  /// As the override below, into `state()`. @throws std::logic_error also if the record has no room
   void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity);
 
   /// The current state as exact measurements, cached until it changes. @throws ResetNeeded
@@ -245,6 +253,7 @@ class WALKER_SIM_EXPORT Walker final : public Environment {
   void record_checksum();
   void require_checksum(const EpisodeRecord& record) const;
   void repeat_pushes(const EpisodeRecord& record);
+  const RecordedCoordinates* next_coordinates(const EpisodeRecord& record) const;
   void add_wrench(const LinkWrench& wrench);
   void copy_to(Result& result) const;
   const StateOrigin& origin() const;
@@ -259,6 +268,7 @@ class WALKER_SIM_EXPORT Walker final : public Environment {
   std::unique_ptr<Disturbances> disturbances_;  // of the current episode; null: it has none
   std::vector<double> actions_;                 // of the current episode, steps x action size
   std::vector<RecordedPush> pushes_;            // of the current episode
+  std::vector<RecordedCoordinates> coordinates_;
   std::vector<std::uint64_t> checksums_;  // of the current episode, of the reset and each step
   bool was_loaded_ = false;               // the episode's first actions are unknown
   bool sensors_are_fresh_ = false;

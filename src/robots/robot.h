@@ -141,15 +141,11 @@ class WALKER_SIM_EXPORT Robot {
                                      bool is_alive) = 0;
 
   /// Sets generalized positions and velocities, as Gymnasium's `set_state` does; control and time
-  /// do not change.
+  /// do not change. Called only if the specification has `num_coordinates`.
+  /// @param position, velocity that many finite values each
   /// @param info receives one value per info name, as after a reset
-  /// @throws std::logic_error if the robot has no such coordinates, std::invalid_argument naming
-  ///         the wrong size or value
   virtual void set_coordinates(const std::vector<double>& /*position*/,
-                               const std::vector<double>& /*velocity*/, double* /*info*/) {
-    throw std::logic_error(specification().id +
-                           " has no positions and velocities that can be set; load a saved state");
-  }
+                               const std::vector<double>& /*velocity*/, double* /*info*/) {}
 
   /// Whether the robot is healthy; nullopt if its type does not define health.
   virtual std::optional<bool> is_healthy() const { return std::nullopt; }

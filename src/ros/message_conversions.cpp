@@ -79,6 +79,10 @@ EpisodeRecord to_record(const walker_sim::EpisodeRecord& message) {
   for (const walker_sim::Push& push : message.pushes) {
     record.pushes.push_back({push.step, {push.link, push.force_x, push.force_z, push.torque_y}});
   }
+  record.coordinates.reserve(message.coordinates.size());
+  for (const walker_sim::Coordinates& set : message.coordinates) {
+    record.coordinates.push_back({set.step, set.position, set.velocity});
+  }
   record.checksums = message.checksums;
   return record;
 }
@@ -94,6 +98,14 @@ void to_message(EpisodeRecord&& record, walker_sim::EpisodeRecord& message) {
     push.force_x = wrench.force_x;
     push.force_z = wrench.force_z;
     push.torque_y = wrench.torque_y;
+  }
+  message.coordinates.clear();
+  message.coordinates.reserve(record.coordinates.size());
+  for (RecordedCoordinates& set : record.coordinates) {
+    walker_sim::Coordinates& coordinates = message.coordinates.emplace_back();
+    coordinates.step = set.step;
+    coordinates.position = std::move(set.position);
+    coordinates.velocity = std::move(set.velocity);
   }
   message.checksums = std::move(record.checksums);
 }

@@ -23,7 +23,7 @@ Parameters parameters_of(const std::string& id, const std::vector<std::string>& 
 ///         repeated parameter of the world
 EpisodeRecord to_record(const walker_sim::EpisodeRecord& message);
 
-/// Writes what happened in the steps: actions, pushes and checksums.
+/// Writes what happened in the steps: actions, pushes, coordinates and checksums.
 void to_message(EpisodeRecord&& record, walker_sim::EpisodeRecord& message);
 
 /// Returns a requested world; nullopt if the message is empty, which leaves the present one.

@@ -52,7 +52,8 @@ constexpr std::chrono::seconds kRecorderStarts{3};  // enough if both start toge
 std::size_t max_record_bytes(const Specification& specification) {
   const std::size_t step_bytes =
       specification.action_size() * sizeof(double) + sizeof(std::uint64_t);
-  return kMaxRecordedSteps * step_bytes + kMaxRecordedPushes * kPushBytes + kMaxRecordTextBytes;
+  return kMaxRecordedSteps * step_bytes + kMaxRecordedPushes * kPushBytes +
+         kMaxRecordedCoordinates * kCoordinatesBytes + kMaxRecordTextBytes;
 }
 
 ros::NodeHandle make_node(WakingQueue& queue) {

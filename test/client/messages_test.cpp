@@ -231,8 +231,10 @@ TEST(Messages, BoundsTheSizeOfAnswers) {
   }
   EXPECT_EQ(max_answer_bytes(kGetSpec, kServer), kMaxSpecificationBytes);
   const std::size_t episode = max_answer_bytes(kSnapshot, kServer) - kMaxSpecificationBytes;
-  EXPECT_GE(episode, 16000000 + kMaxRecordedPushes * kPushBytes);
-  EXPECT_LT(episode, 18000000 + kMaxRecordedPushes * kPushBytes);
+  constexpr std::size_t kChanges =
+      kMaxRecordedPushes * kPushBytes + kMaxRecordedCoordinates * kCoordinatesBytes;
+  EXPECT_GE(episode, 16000000 + kChanges);
+  EXPECT_LT(episode, 18000000 + kChanges);
   EXPECT_LT(max_answer_bytes(kRender, kServer), 70 * kMebibyte);
   ServerSpecification large = kServer;
   large.num_envs = kMaxEnvironments;

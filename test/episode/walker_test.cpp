@@ -205,6 +205,7 @@ class EpisodeRecordTest : public testing::Test {
 
 TEST_F(EpisodeRecordTest, RefusalsNameTheFieldAndBothValues) {
   const std::string release = engine_release(specification_.engine_version);
+  static const std::vector<double> kNine(9);
   const std::pair<std::function<void(EpisodeRecord&)>, std::string> cases[] = {
       {[](auto& /*record*/) {}, "nothing thrown"},
       {[](auto& r) {  // the generator continues
@@ -243,6 +244,27 @@ TEST_F(EpisodeRecordTest, RefusalsNameTheFieldAndBothValues) {
          r.checksums = {1, 2};
        },
        "nothing thrown"},
+      {[](auto& r) {
+         r.coordinates = {{0, kNine, kNine}, {0, kNine, kNine}, {1, kNine, kNine}};
+       },
+       "nothing thrown"},
+      {[](auto& r) {
+         r.coordinates = {{2, kNine, kNine}};
+       },
+       "coordinates[0].step = 2; must be in [0, 1]"},
+      {[](auto& r) {
+         r.coordinates = {{1, kNine, kNine}, {0, kNine, kNine}};
+       },
+       "coordinates[1].step = 0; must be in [1, 1]"},
+      {[](auto& r) {
+         r.coordinates = {{1, kNine, {0}}};
+       },
+       "coordinates[0]: qvel has 1 values; must have 9, one per coordinate"},
+      {[](auto& r) {
+         r.coordinates = {{1, kNine, kNine}};
+         r.coordinates[0].position[4] = NAN;
+       },
+       "coordinates[0]: qpos[4] = nan; must be finite"},
       {[](auto& r) { r.checksums = {1}; }, "checksums has 1 values; must have none or 2"},
   };
   for (const auto& [change, reason] : cases) {

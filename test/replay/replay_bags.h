@@ -69,6 +69,10 @@ class Session {
   /// Pushes by hand in the next step.
   void push(const LinkWrench& wrench) { simulation_->push(wrench); }
 
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity) {
+    simulation_->set_coordinates(position, velocity);
+  }
+
   void restore(const EpisodeRecord& restored) {
     abandon();
     simulation_->restore(restored);

@@ -145,6 +145,36 @@ TEST_P(ReplayOfEach, PushesByHand) {
   }
 }
 
+TEST_F(BagTest, CoordinatesThatWereSet) {
+  Session session("Hopper-v5", short_episodes("Hopper-v5"));
+  session.set_world({{"observation_delay", {0.03, 0.03}}, {"dropout", {0.3, 0.3}}});
+  session.reset(3);
+  const std::vector<double> still(6);
+  for (int i = 0; i < 5; ++i) {
+    session.set_coordinates({0, 1.25, 0.01 * i, 0, 0, 0}, still);
+    if (i == 3) session.set_coordinates({0, 1.2, 0, 0, 0, 0}, still);
+    session.walk(2);
+  }
+  session.set_coordinates({9, 1.25, 0, 0, 0, 0}, still);  // of the last step
+  session.abandon();
+  ASSERT_EQ(session.records()[0].coordinates.size(), 7U);
+  const Outcome outcome = replay_of(session);
+  EXPECT_TRUE(outcome.is_equal) << outcome;
+  const Changes<EpisodeRecord> cases = {
+      {[](auto& r) { r.coordinates[2].position[2] += 1e-9; }, "differs at step 4 of the record: "},
+      {[](auto& r) { r.coordinates[6].velocity[0] = 1; }, "differs at step 10 of the record: "},
+      {[](auto& r) { r.coordinates.pop_back(); }, "differs at step 10 of the record: checksum"},
+      {[](auto& r) { r.coordinates.erase(r.coordinates.begin() + 3); }, "differs at step 6 of the"},
+      {[](auto& r) { r.coordinates[6].step = 11; }, "coordinates[6].step = 11; must be in [8, 10]"},
+      {[](auto& r) { r.coordinates[0].position.clear(); }, "coordinates[0]: qpos has 0 values"}};
+  const EpisodeRecord recorded = session.records()[0];
+  for (const auto& [change, words] : cases) {
+    session.records()[0] = recorded;
+    change(session.records()[0]);
+    EXPECT_PRED2(contains, replay_of(session).line(1), words);
+  }
+}
+
 TEST_P(ReplayOfEach, WorldsAreChecked) {
   const Changes<std::vector<walker_sim::WorldParameter>> cases = {
       {[](auto& world) { world[0].high += 1; }, "not compared: world parameter {gravity: ["},

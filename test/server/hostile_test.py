@@ -192,7 +192,7 @@ class HostileTest(ServerTest):
             too_long = (
                 f"service /walker_sim/{name}: a request of {{}} bytes; at most \\d+ are accepted"
             )
-            large = b"\xff" * (46 * MILLION if name == "restore" else MILLION)
+            large = b"\xff" * (51 * MILLION if name == "restore" else MILLION)
             self.assert_refused([(name, large, too_long.format(len(large)))])
             announced = self.server.client(name, ALL[name])
             announced.connection.sendall(struct.pack("<I", MAX_UINT32))

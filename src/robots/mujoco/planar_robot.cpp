@@ -14,16 +14,6 @@
 namespace walker::mujoco {
 namespace {
 
-void check_coordinates(const char* name, const std::vector<double>& values, int size) {
-  if (values.size() != static_cast<std::size_t>(size)) {
-    throw std::invalid_argument(name + (" has " + std::to_string(values.size())) +
-                                " values; must have " + std::to_string(size));
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    check_finite(name + ("[" + std::to_string(i) + "]"), values[i], "");
-  }
-}
-
 std::unique_ptr<Physics> make_physics(const PlanarOptions& options, ModelPointer model) {
   if (options.make_physics) return options.make_physics(std::move(model));
   return std::make_unique<LibraryPhysics>(std::move(model));
@@ -413,8 +403,6 @@ std::function<void()> PlanarRobot::load(StateReader& reader, const WorldValues& 
 
 void PlanarRobot::set_coordinates(const std::vector<double>& position,
                                   const std::vector<double>& velocity, double* info) {
-  check_coordinates("qpos", position, model().nq);
-  check_coordinates("qvel", velocity, model().nv);
   std::vector<double> state(physics_->state_size());
   physics_->save(state.data());
   std::copy(velocity.begin(), velocity.end(),

@@ -236,6 +236,7 @@ Specification make_specification(const PlanarOptions& options, const Layout& lay
   set_spaces(options, model, specification);
   set_engine(specification);
   specification.joints_are_exact = true;
+  specification.num_coordinates = static_cast<std::size_t>(model.nq);
   specification.links.push_back(read_link(model, layout.trunk));
   for (int i = 0; i < model.nu; ++i) {
     specification.links.push_back(read_link(model, layout.limbs[i]));

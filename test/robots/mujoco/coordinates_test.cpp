@@ -3,12 +3,16 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "episode/walker.h"
 #include "error_message.h"
 #include "kernel_variable.h"
+#include "restorable.h"
 #include "robots/mujoco/plain_walker.h"
 #include "stepper.h"
 
@@ -74,8 +78,8 @@ TEST_P(CoordinatesTest, RejectedOnesChangeNothing) {
   ours.reset(1);
   untouched.reset(1);
   const std::string all = std::to_string(size);
-  EXPECT_EQ(refused({}, zeros), "qpos has 0 values; must have " + all);
-  EXPECT_EQ(refused(zeros, {1, 2}), "qvel has 2 values; must have " + all);
+  EXPECT_EQ(refused({}, zeros), "qpos has 0 values; must have " + all + ", one per coordinate");
+  EXPECT_EQ(refused(zeros, {1, 2}), "qvel has 2 values; must have " + all + ", one per coordinate");
   std::vector<double> wrong = zeros;
   wrong[2] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(refused(wrong, zeros), "qpos[2] = nan; must be finite");
@@ -94,11 +98,14 @@ INSTANTIATE_TEST_SUITE_P(Robots, CoordinatesTest,
                                          Case{"Hopper-v5", "hopper_v5.xml", nullptr},
                                          Case{"Hopper-v4", "hopper_v4.xml", nullptr}));
 
+std::unique_ptr<Walker> make_recorded() {
+  std::unique_ptr<Walker> walker = make_walker("Hopper-v5");
+  walker->configure({std::nullopt, true});
+  return walker;
+}
+
 TEST(Coordinates, ContinueAnEndedEpisode) {
-  const std::unique_ptr<Walker> walker = make_walker("Hopper-v5");
-  WalkerOptions options;
-  options.records_actions = true;
-  walker->configure(options);
+  const std::unique_ptr<Walker> walker = make_recorded();
   walker->reset(1);
   EXPECT_EQ(walker->is_healthy(), true);
   const std::vector<double> standing{0, 1.25, 0, 0, 0, 0};
@@ -116,7 +123,31 @@ TEST(Coordinates, ContinueAnEndedEpisode) {
   walker->step(action);
   EXPECT_FALSE(walker->state().has_ended());
   EXPECT_EQ(walker->state().step, 2U);
-  EXPECT_THROW(walker->record(), std::logic_error);
+  walker->set_coordinates(standing, lying);
+  const EpisodeRecord record = walker->record();
+  EXPECT_EQ(record.coordinates.size(), 3U);
+  const std::unique_ptr<Walker> repeated = make_recorded();
+  repeated->begin(record);
+  while (!repeated->repeat(record, {})) {
+  }
+  expect_same_state(repeated->state(), walker->state());
+  EXPECT_EQ(repeated->record().checksums, record.checksums);
+}
+
+TEST(Coordinates, AreSetAsOftenAsARecordCanHave) {
+  const std::unique_ptr<Walker> walker = make_recorded();
+  walker->reset(1);
+  const std::vector<double> standing{0, 1.25, 0, 0, 0, 0};
+  const std::vector<double> still(6);
+  for (std::size_t i = 0; i < kMaxRecordedCoordinates; ++i) {
+    walker->set_coordinates(standing, still);
+  }
+  EXPECT_EQ(message_of<std::logic_error>([&] { walker->set_coordinates(standing, still); }),
+            "set_state: the episode has been set 10000 times, as often as its record can have");
+  EpisodeRecord record = walker->record();
+  record.coordinates.push_back(record.coordinates.back());
+  EXPECT_EQ(message_of<std::invalid_argument>([&] { walker->begin(record); }),
+            "the record has 10001 coordinates; must have at most 10000");
 }
 
 }  // namespace

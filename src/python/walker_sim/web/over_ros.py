@@ -135,7 +135,7 @@ class ServerPage:
     def repeat(self) -> None:
         """Begins the present episode again, also one that continued the generator."""
         record = self._services("snapshot", Snapshot).record
-        record.actions, record.pushes, record.checksums = [], [], []
+        record.actions, record.pushes, record.coordinates, record.checksums = [], [], [], []
         record.episode.length, record.episode.episode_return = 0, 0.0
         self._services("restore", Restore, record=record)
 
