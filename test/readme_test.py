@@ -51,6 +51,7 @@ NOT_TYPED = {
     (CLI, "record --check walk.npz"): "takes long; test/python/commands_record_test.py",
     (CLI, "walker_sim worlds"): "test/python/commands_worlds_test.py",
     ("docs/ros_interface.md", "rostopic pub -1 /push"): "test/server/push_test.py",
+    ("docs/ros_interface.md", "/walker_sim/set_state"): "test/server/set_state_test.py",
     ("docs/ros_interface.md", "/walker_sim/set_world"): "test/server/world_services_test.py",
     (GUIDE, "web:=true"): "does not end; test/walks.sh",
     (GUIDE, "rtprio 50"): "needs a permission; test/server/start_test.py",

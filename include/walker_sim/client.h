@@ -185,6 +185,13 @@ class WALKER_SIM_EXPORT Client {
   /// @param transition receives the transition of the record's last step
   void restore(const std::vector<std::uint8_t>& record, Transition& transition);
   void restore(const std::vector<std::uint8_t>& record, Reset& reset);
+  /// ~set_state: sets generalized positions and velocities; the episode continues from there, even
+  /// if it has ended.
+  /// @param environment index within the server
+  /// @param position, velocity in the engine's order [m, rad, m/s, rad/s]
+  /// @param transition  receives the present step with the state that was set
+  void set_state(std::uint32_t environment, const std::vector<double>& position,
+                 const std::vector<double>& velocity, Transition& transition);
   /// ~reset_batch.
   /// @param environments indices; empty: all
   /// @param seeds empty, or one per listed environment; std::nullopt: its generator continues

@@ -225,6 +225,18 @@ void Client::restore(const std::vector<std::uint8_t>& record, Reset& reset) {
       kRestore, [&](Writer& writer) { writer.message(record); }, implementation_->into(reset));
 }
 
+void Client::set_state(std::uint32_t environment, const std::vector<double>& position,
+                       const std::vector<double>& velocity, Transition& transition) {
+  implementation_->call(
+      kSetState,
+      [&](Writer& writer) {
+        writer.number(environment);
+        writer.array(position.data(), position.size());
+        writer.array(velocity.data(), velocity.size());
+      },
+      implementation_->into(transition));
+}
+
 void Client::reset_batch(const std::vector<std::uint32_t>& environments,
                          const std::vector<std::optional<std::uint64_t>>& seeds,
                          BatchReset& reset) {

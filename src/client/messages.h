@@ -35,13 +35,14 @@ enum ServiceIndex : std::size_t {
   kStepMany,
   kSnapshot,
   kRestore,
-  kSetWorld
+  kSetWorld,
+  kSetState
 };
 
 // Bounds get_spec's answer, which no specification can. Enough for 500000 observation values.
 constexpr std::size_t kMaxSpecificationBytes = 1 << 24;
 
-constexpr std::array<ServiceType, 10> kServiceTypes{{
+constexpr std::array<ServiceType, 11> kServiceTypes{{
     {"get_spec", "walker_sim/GetSpec", "6a1006354a8227e672b60a97b645f430"},
     {"reset", "walker_sim/Reset", "8ad6dacbcb7e5b943926df4372291b3b"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
@@ -52,6 +53,7 @@ constexpr std::array<ServiceType, 10> kServiceTypes{{
     {"snapshot", "walker_sim/Snapshot", "f3f9133ca0cebbe02896159d653cb135"},
     {"restore", "walker_sim/Restore", "b2bea936f7e24e5df2271f2bd45c4399"},
     {"set_world", "walker_sim/SetWorld", "d91f9d318b27acc8f6bc84093cfc7fef"},
+    {"set_state", "walker_sim/SetState", "3e735194762c04fdaa86e427d37576e4"},
 }};
 
 class Writer {

@@ -58,15 +58,15 @@ struct RemoteEpisode {
   EpisodeState state;  ///< without action, observation and info
   std::string error;   ///< engine's error in the last ~step_batch
 
-  /// Records the position after a step.
+  /// Records the position after a number of steps.
   /// @throws ConnectionError if it does not follow the last one: another client, or an earlier call
   ///         that failed, has moved the walker
-  void follow(std::uint32_t episode, std::uint32_t step) {
+  void follow(std::uint32_t episode, std::uint32_t step, std::uint32_t num_steps = 1) {
     const bool is_same_episode = !is_placed || episode == state.episode;
-    if (!is_same_episode || step != state.step + 1) {
+    if (!is_same_episode || step != state.step + num_steps) {
       throw ConnectionError("the server answers with step " + std::to_string(step) +
                             " of episode " + std::to_string(episode) + " where step " +
-                            std::to_string(state.step + 1) +
+                            std::to_string(state.step + num_steps) +
                             " was expected: another client, or an earlier call that failed, has "
                             "moved the walker; reset first");
     }
@@ -77,6 +77,14 @@ struct RemoteEpisode {
     state.episode = episode;
     state.step = step;
     is_placed = true;
+  }
+
+  /// Records a transition of this environment.
+  void place(const Transition& transition) {
+    place(transition.episode, transition.step);
+    state.terminated = transition.terminated;
+    state.truncated = transition.truncated;
+    state.error = transition.error;
   }
 
   /// Begins an episode after ~reset_batch, whose answer has no episode counts.
@@ -191,7 +199,7 @@ class ClientBinding {
       check_step(actions);
       client_->step(actions.data(), actions.size(), transition_);
       episodes_.front().follow(transition_.episode, transition_.step);
-      record(transition_);
+      episodes_.front().place(transition_);
       write_answer(transition_.observation, observations);
       write_answer(transition_.info, infos);
       return std::make_tuple(transition_.reward, transition_.terminated, transition_.truncated,
@@ -221,6 +229,25 @@ class ClientBinding {
         },
         /*refusal_loses=*/false);
     is_lost_ = false;
+  }
+
+  /// As Pool.set_coordinates.
+  void set_coordinates(std::uint32_t environment, py::handle position, py::handle velocity) {
+    const std::vector<double> positions = Input(position, "qpos").to_vector();
+    const std::vector<double> velocities = Input(velocity, "qvel").to_vector();
+    call(
+        [&] {
+          check_episode("set_state", environment);
+          RemoteEpisode& episode = episodes_[environment];
+          if (!episode.state.error.empty()) {
+            throw ResetNeeded("set_state: " + episode.state.step_refusal() + "; reset first");
+          }
+          check_coordinates(specification_, positions, velocities);
+          client_->set_state(environment, positions, velocities, transition_);
+          episode.follow(transition_.episode, transition_.step, 0);
+          episode.place(transition_);
+        },
+        /*refusal_loses=*/false);
   }
 
   /// @param environments indices, in the order of the rows; empty: all
@@ -373,16 +400,8 @@ class ClientBinding {
 
   /// Records the answer of ~reset or ~restore.
   void record_reset() {
-    record(reset_.transition);
+    episodes_.front().place(reset_.transition);
     episodes_.front().set_world(reset_.world);
-  }
-
-  void record(const Transition& transition) {
-    RemoteEpisode& episode = episodes_.front();
-    episode.place(transition.episode, transition.step);
-    episode.state.terminated = transition.terminated;
-    episode.state.truncated = transition.truncated;
-    episode.state.error = transition.error;
   }
 
   void record_worlds(const std::vector<EnvironmentWorld>& worlds) {
@@ -467,6 +486,7 @@ void bind_client(py::module& module) {
       .def("step_single", &ClientBinding::step)
       .def("snapshot", &ClientBinding::snapshot)
       .def("restore", &ClientBinding::restore)
+      .def("set_coordinates", &ClientBinding::set_coordinates)
       .def("reset_batch", &ClientBinding::reset_batch, py::arg("environments"), py::arg("seeds"),
            py::arg("observations"), py::arg("info"), py::arg("worlds") = py::tuple())
       .def("step_batch", &ClientBinding::step_batch)

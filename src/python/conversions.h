@@ -52,6 +52,7 @@ class Input : public Array {
   Input(pybind11::handle object, const char* name, std::optional<std::size_t> size = std::nullopt);
 
   const double* data() const { return data_; }
+  std::vector<double> to_vector() const { return {data(), data() + size()}; }
 
  private:
   std::vector<double> copied_;  // float32 or unaligned values

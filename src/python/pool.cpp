@@ -230,11 +230,10 @@ class PoolBinding {
 
   /// As Environment::set_coordinates.
   void set_coordinates(std::size_t index, py::handle position, py::handle velocity) {
-    const Input positions(position, "qpos");
-    const Input velocities(velocity, "qvel");
+    const std::vector<double> positions = Input(position, "qpos").to_vector();
+    const std::vector<double> velocities = Input(velocity, "qvel").to_vector();
     const GilFreeLock lock(mutex_);
-    pool_.walker(index).set_coordinates({positions.data(), positions.data() + positions.size()},
-                                        {velocities.data(), velocities.data() + velocities.size()});
+    pool_.walker(index).set_coordinates(positions, velocities);
   }
 
   /// None: the robot does not define this. @throws ResetNeeded

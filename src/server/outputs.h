@@ -41,7 +41,8 @@ class Outputs {
   /// Publishes the specification (latched) with the world of the resets to come.
   void publish_spec();
 
-  /// Publishes the state after a reset, with the episode (latched) and the scene.
+  /// Publishes the state after a reset or a call that sets it, with the episode (latched) and the
+  /// scene.
   void publish_reset();
 
   /// Publishes the state after a step, and if the episode has ended, also the episode (latched) and

@@ -291,6 +291,10 @@ void Server::advertise_services() {
     simulation_.record_stepping(port_.caller());
     response.transition = outputs_.message(state);
   });
+  advertise<SetState>(port_, "set_state", [this](const auto& request, auto& response) {
+    schedule_->require_steps_by_service("set_state");
+    response.transition = outputs_.message(simulation_.set_state(request));
+  });
   constexpr std::size_t kResetBytes =
       sizeof(std::uint32_t) + sizeof(std::uint8_t) + sizeof(std::uint64_t) + kMaxWorldBytes;
   advertise<ResetBatch>(

@@ -155,6 +155,20 @@ const EpisodeState& Simulation::restore(Walker& repeated) {
   return environment.state();
 }
 
+const EpisodeState& Simulation::set_state(const SetState::Request& request) {
+  clock_.require();
+  check_environment(pool_, "environment", request.environment);
+  Walker& environment = pool_.walker(request.environment);
+  environment.set_coordinates(request.position, request.velocity);
+  if (&environment == &shown_) {
+    publish_reset();
+  } else {
+    advance_time();
+    clock_.publish();
+  }
+  return environment.state();
+}
+
 void Simulation::advance_time() {
   clock_.advance();
   ++account_.counters.advances;
@@ -165,7 +179,7 @@ void Simulation::publish_step() {
   outputs_.publish_step();
 }
 
-/// Also clears the held command, which was meant for the previous episode.
+/// Also clears the held command, which was meant for the state before.
 void Simulation::publish_reset() {
   command_.clear();
   advance_time();

@@ -19,13 +19,16 @@
 #include "server/topics/statistics.h"
 #include "server/transport/waking.h"
 #include "walker_sim/Restore.h"
+#include "walker_sim/SetState.h"
 #include "walker_sim/StepMany.h"
 
 namespace walker {
 
+using walker_sim::SetState;
 using walker_sim::StepMany;
 
-/// Environments and their time. Each call steps or resets, advances the clock and publishes.
+/// Environments and their time. Each call steps, resets or sets a state, advances the clock and
+/// publishes.
 class Simulation {
  public:
   /// @param pool, clock, outputs outlive this
@@ -50,6 +53,9 @@ class Simulation {
   walker_sim::EpisodeRecord snapshot() const;
   /// Replaces the present episode by a repeated one.
   const EpisodeState& restore(Walker& repeated);
+
+  /// Sets positions and velocities of an environment, whose episode continues from there.
+  const EpisodeState& set_state(const SetState::Request& request);
 
   /// Holds an effort command, or counts it as refused. A command that replaces another agent's held
   /// command is counted as contested.

@@ -96,6 +96,11 @@ TEST(Client, SendsRequests) {
       {kStepBatch, to_bytes(example_batch()),
        [&](Client& client) { client.step_batch(action.data(), action.size(), batch); },
        Message().array(action).bytes()},
+      {kSetState, to_bytes(example_transition()),
+       [&](Client& client) {
+         client.set_state(2, {1.5, -0.0}, {0.25}, transition);
+       },
+       Message().number(std::uint32_t{2}).array<double>({1.5, -0.0}).array<double>({0.25}).bytes()},
       {kReset, begun, [&](Client& client) { client.reset(max, transition); },
        Message().number(std::uint8_t{1}).number(max).bytes() + own_world},
       {kReset, begun, [&](Client& client) { client.reset({}, transition); },

@@ -225,7 +225,8 @@ TEST(Messages, EscapesInvalidUtf8) {
 /// The specification determines the maximum length of an answer.
 TEST(Messages, BoundsTheSizeOfAnswers) {
   constexpr std::size_t kMebibyte = 1 << 20;
-  for (const ServiceIndex service : {kReset, kStep, kStepMany, kRestore, kResetBatch, kStepBatch}) {
+  for (const ServiceIndex service :
+       {kReset, kStep, kStepMany, kRestore, kSetState, kResetBatch, kStepBatch}) {
     EXPECT_GE(max_answer_bytes(service, kServer), kMebibyte);
     EXPECT_LT(max_answer_bytes(service, kServer), kMebibyte + 4096 + 2 * kMaxWorldBytes);
   }

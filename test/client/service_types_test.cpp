@@ -10,6 +10,7 @@
 #include "walker_sim/Reset.h"
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
+#include "walker_sim/SetState.h"
 #include "walker_sim/SetWorld.h"
 #include "walker_sim/Snapshot.h"
 #include "walker_sim/Step.h"
@@ -38,6 +39,7 @@ TEST(ServiceTypes, AreTheGeneratedOnes) {
   expect_generated<walker_sim::Snapshot>(kSnapshot, "snapshot");
   expect_generated<walker_sim::Restore>(kRestore, "restore");
   expect_generated<walker_sim::SetWorld>(kSetWorld, "set_world");
+  expect_generated<walker_sim::SetState>(kSetState, "set_state");
 }
 
 }  // namespace

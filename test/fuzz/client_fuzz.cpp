@@ -71,6 +71,7 @@ void run(const std::uint8_t* data, std::size_t size) {
   }
   try_first([&] { client->snapshot(record); });
   try_first([&] { client->set_world({}, {World{}}); });
+  try_first([&] { client->set_state(0, action, action, transition); });
   try_first([&] { client->reset_batch({}, {}, reset); });
   if (try_first([&] { client->step_batch(action.data(), action.size(), batch); })) {
     require(batch.final_environments.size() <= batch.rewards.size(), "each episode ends once");

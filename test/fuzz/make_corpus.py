@@ -147,6 +147,7 @@ def service_responses():
             success=True, observations=[0.5] * 12, info=[0.0] * 3, worlds=[drawn(0), drawn(2)]
         ),
         "set_world": services.SetWorldResponse(success=True),
+        "set_state": services.SetStateResponse(success=True, transition=transition(2, actions=4)),
         "snapshot": services.SnapshotResponse(success=True, record=record()),
         "render": picture,
         "depth": depth,
@@ -179,7 +180,9 @@ def make_client():
     calls = plain + piece(answer(reset)) + plain + piece(answer(responses["step"]))
     refused = services.StepResponse(success=False, status_message="there is no episode")
     calls += piece(answer(refused))
-    for name in ("step_many", "snapshot", "set_world", "reset_batch", "step_batch", "render"):
+    for name in ("step_many", "snapshot", "set_world", "set_state"):
+        calls += plain + piece(answer(responses[name]))
+    for name in ("reset_batch", "step_batch", "render"):
         calls += plain + piece(answer(responses[name]))
     calls += piece(answer(responses["depth"]))
     write("client", "every_call", start + calls)
@@ -273,6 +276,7 @@ def make_server():
         Odometry(child_frame_id="base_link"),
         messages.Contacts(),
         services.SetWorldRequest(environments=[1], worlds=[messages.World("moon", [])]),
+        services.SetStateRequest(environment=1, position=[0.5] * 9, velocity=[0.25] * 9),
     ]
     for kind, request in enumerate(requests):
         kind += kind > 8  # where set_physics_properties' is

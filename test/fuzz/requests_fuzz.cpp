@@ -18,6 +18,7 @@
 #include "walker_sim/ResetBatch.h"
 #include "walker_sim/Restore.h"
 #include "walker_sim/SetRealTimeFactor.h"
+#include "walker_sim/SetState.h"
 #include "walker_sim/SetWorld.h"
 #include "walker_sim/Step.h"
 #include "walker_sim/StepBatch.h"
@@ -49,7 +50,8 @@ void run(const std::uint8_t* data, std::size_t size) {
              walker_sim::RenderRequest, walker_sim::SetRealTimeFactorRequest,
              std_msgs::Float64MultiArray, gazebo::SetPhysicsProperties::Request,
              sensor_msgs::JointState, sensor_msgs::LaserScan, sensor_msgs::Imu, nav_msgs::Odometry,
-             walker_sim::Contacts, walker_sim::SetWorldRequest>(which, input);
+             walker_sim::Contacts, walker_sim::SetWorldRequest, walker_sim::SetStateRequest>(which,
+                                                                                             input);
   } catch (const std::runtime_error& refusal) {
     accept(refusal);
   }

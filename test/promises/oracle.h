@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -30,7 +31,12 @@ class Oracle {
     if (!other.has_begun_) return;
     generator_ = std::make_unique<Generator>(other.begin_);
     begin(other.drawn);
-    for (const std::vector<double>& action : other.actions_) step(action.data());
+    for (std::size_t i = 0; i <= other.actions_.size(); ++i) {
+      for (const auto& [step, position, velocity] : other.coordinates_) {
+        if (step == i) set_coordinates(position, velocity);
+      }
+      if (i < other.actions_.size()) step(other.actions_[i].data());
+    }
   }
   Oracle& operator=(const Oracle&) = delete;
   ~Oracle() = default;
@@ -68,6 +74,19 @@ class Oracle {
     }
   }
 
+  void set_coordinates(const std::vector<double>& position, const std::vector<double>& velocity) {
+    if (!has_begun_ || !error.empty() || specification().num_coordinates == 0) return;
+    try {
+      robot_->set_coordinates(position, velocity, info.data());
+    } catch (const std::exception&) {
+      return;
+    }
+    coordinates_.emplace_back(actions_.size(), position, velocity);
+    if (disturbances_) disturbances_->forget_past();
+    observe();
+    terminated = truncated = false;
+  }
+
   World world;  // of the resets to come
   World drawn;  // by the present episode
   std::vector<double> observation, info;
@@ -93,6 +112,7 @@ class Oracle {
     values_.emplace(drawn, specification().dt, begin_);
     const WorldValues& values = values_->present();
     actions_.clear();
+    coordinates_.clear();
     error.clear();
     terminated = truncated = false;
     robot_->set_world(values);
@@ -127,6 +147,8 @@ class Oracle {
   GeneratorState begin_{};  // before the reset
   bool has_begun_ = false;
   std::vector<std::vector<double>> actions_;  // since the reset
+  /// Steps after which coordinates were set, positions and velocities.
+  std::vector<std::tuple<std::size_t, std::vector<double>, std::vector<double>>> coordinates_;
 };
 
 class Oracles final : public SingleWalkers {
@@ -140,6 +162,10 @@ class Oracles final : public SingleWalkers {
 
   void set_world(std::uint32_t walker, const World& world) override {
     walkers_[walker]->world = world;
+  }
+  void set_coordinates(std::uint32_t walker, const std::vector<double>& position,
+                       const std::vector<double>& velocity) override {
+    walkers_[walker]->set_coordinates(position, velocity);
   }
   /// A state is the index of a copy.
   std::vector<std::byte> save(std::uint32_t walker) override {

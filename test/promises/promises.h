@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -180,6 +181,8 @@ class Interface {
   /// Steps each walker, or resets it if the interface does so in a step.
   virtual void step(const std::vector<double>& actions) = 0;
   virtual void set_world(std::uint32_t walker, const World& world) = 0;
+  virtual void set_coordinates(std::uint32_t walker, const std::vector<double>& position,
+                               const std::vector<double>& velocity) = 0;
   virtual std::vector<std::byte> save(std::uint32_t walker) = 0;
   virtual void load(std::uint32_t walker, const std::vector<std::byte>& state) = 0;
 
@@ -299,6 +302,20 @@ inline std::vector<double> actions_of(const Interface& interface, std::uint64_t 
   return actions;
 }
 
+/// Sets a standing robot's state. Refused: by a robot without coordinates, and by a failed walker.
+inline void set_coordinates(Interface& interface, std::uint32_t walker, std::uint64_t step) {
+  std::vector<double> position;
+  std::vector<double> velocity;
+  for (std::size_t i = 0; i < interface.specification().action_size() + 3; ++i) {
+    position.push_back((i == 1 ? 1.25 : 0) + action_value(step, walker, i) / 16);
+    velocity.push_back(action_value(step, walker, i + 16) / 4);
+  }
+  try {
+    interface.set_coordinates(walker, position, velocity);
+  } catch (const std::exception&) {  // if it should not have been refused, later steps differ
+  }
+}
+
 /// Returns the world of a script's text.
 inline World world_of(const std::string& text, const Case& one, const Interface& interface) {
   if (text == "level") return to_world(one.level);
@@ -320,6 +337,7 @@ inline Trace play(const Script& script, const Case& one, Interface& interface) {
     }
     for (const std::uint32_t walker : walkers) {
       if (name == "world") interface.set_world(walker, world_of(argument, one, interface));
+      if (name == "set") set_coordinates(interface, walker, num_steps);
       if (name == "save") states[argument] = interface.save(walker);
       if (name == "load") interface.load(walker, states.at(argument));
       if (name == "refuse") interface.refuse(walker, argument);

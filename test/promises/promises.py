@@ -74,6 +74,10 @@ def has_states(script):
     return any(call.name == "save" or call.argument == "state" for call in SCRIPTS[script])
 
 
+def sets_coordinates(script):
+    return any(call.name == "set" for call in SCRIPTS[script])
+
+
 def write_model(case, folder):
     """Returns the case's parameters; writes its changed model, if it has one, into the folder."""
     parameters = dict(case.parameters)
@@ -128,8 +132,8 @@ def world_text(drawn):
 class Interface:
     """Walkers behind an interface. Each call appends to the trace.
 
-    A subclass has reset(walkers, seed), step(actions), set_world(walker, world), and save(walker)
-    and load(walker, state) if it has states.
+    A subclass has reset(walkers, seed), step(actions), set_world(walker, world), save(walker) and
+    load(walker, state) if it has states, and set_coordinates(walker, position, velocity) if it can.
     """
 
     resets_at_once = True
@@ -175,6 +179,19 @@ class Interface:
 
     def prepare(self, step):
         """Is called before each step with its number, from 1."""
+
+    def set_state(self, walker, step):
+        """Sets a standing robot's state. Refused: by a robot without coordinates, and by a failed
+        walker."""
+        values = [action_value(step, walker, i) for i in range(32)]
+        position = [value / 16 for value in values[: self.action_size + 3]]
+        position[1] += 1.25
+        velocity = [value / 4 for value in values[16:][: self.action_size + 3]]
+        try:
+            self.set_coordinates(walker, position, velocity)
+        except RuntimeError:  # if it should not have been refused, later steps differ
+            return
+        self.has_ended[walker] = False
 
     def refuse_step(self, walker, actions):
         self.step(actions)
@@ -238,6 +255,8 @@ def play(calls, case, interface):
                 word, _, source = argument.partition(" ")
                 world = interface.drawn[int(source)] if word == "drawn" else read_world(argument)
                 interface.set_world(walker, case.level if argument == "level" else world)
+            elif name == "set":
+                interface.set_state(walker, num_steps)
             elif name == "save":
                 states[argument] = interface.keep(walker, interface.save(walker))
             elif name == "load":

@@ -34,6 +34,10 @@ class Episodes : public SingleWalkers {
   void set_world(std::uint32_t walker, const World& world) override {
     walkers_[walker]->set_world(world);
   }
+  void set_coordinates(std::uint32_t walker, const std::vector<double>& position,
+                       const std::vector<double>& velocity) override {
+    walkers_[walker]->set_coordinates(position, velocity);
+  }
   std::vector<std::byte> save(std::uint32_t walker) override {
     std::vector<std::byte> state;
     walkers_[walker]->save_state(state);
@@ -121,6 +125,12 @@ class PoolWalkers : public Interface {
 
   void set_world(std::uint32_t walker, const World& world) override {
     pool.set_world(all_of({walker}), {world});
+  }
+  void set_coordinates(std::uint32_t walker, const std::vector<double>& position,
+                       const std::vector<double>& velocity) override {
+    for (const std::uint32_t row : all_of({walker})) {
+      pool.walker(row).set_coordinates(position, velocity);
+    }
   }
   std::vector<std::byte> save(std::uint32_t walker) override {
     std::vector<std::byte> state;

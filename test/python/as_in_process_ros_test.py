@@ -17,6 +17,7 @@ from walkers import (
     IDS,
     MODES,
     assert_same,
+    changed_model,
     follow,
     make_many,
     make_ours,
@@ -182,6 +183,47 @@ def test_refused_states(serve):
     stranger.step(np.zeros(3))
     with pytest.raises(TypeError, match="must be bytes"):
         environment.set_state(("a",))
+
+
+def test_set_coordinates(serve, tmp_path):
+    """The errors are those in process. promises_ros_test.py compares the bits."""
+    parameters = {
+        "xml_file": changed_model(tmp_path, 'gear="100"', 'gear="1e14"'),
+        "terminate_when_unhealthy": False,
+    }
+    server, _ = serve("Walker2d-v5", **parameters)
+    zeros, standing = np.zeros(9), np.array([0, 1.25, 0, 0, 0, 0, 0, 0, 0])
+    wrong = [
+        (zeros, zeros[:8], "qvel has 8 values; must have 9, one per coordinate"),
+        ([np.nan, *zeros[:8]], zeros, "qpos[0] = nan; must be finite"),
+        (zeros[None], zeros, "qpos has the shape (1, 9); must be one-dimensional"),
+    ]
+    remote = make_remote("Walker2d-v5", server, **parameters).unwrapped
+    for walker in (make_ours("Walker2d-v5", **parameters).unwrapped, remote):
+        with pytest.raises(walker_sim.ResetNeeded, match="set_state: there is no episode yet; r"):
+            walker.set_state(standing, zeros)
+        walker.reset(seed=1)
+        for qpos, qvel, message in wrong:
+            with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+                walker.set_state(qpos, qvel)
+        walker.set_state(standing, zeros)
+        while "error" not in walker.step(np.ones(6))[4]:
+            pass
+        with pytest.raises(walker_sim.ResetNeeded, match="set_state: the simulation failed; res"):
+            walker.set_state(standing, zeros)
+    remote.reset(seed=1)
+    other = make_remote("Walker2d-v5", server, **parameters)
+    other.reset(seed=1)
+    with pytest.raises(walker_sim.ConnectionError, match="another client"):
+        remote.set_state(standing, zeros)
+    with pytest.raises(walker_sim.ResetNeeded, match="set_state: the server or its episode was l"):
+        remote.set_state(standing, zeros)
+    server, _ = serve("BipedalWalker-v3")
+    bipedal = make_remote("BipedalWalker-v3", server).unwrapped
+    bipedal.reset(seed=1)
+    with pytest.raises(RuntimeError, match="BipedalWalker-v3 has no positions and velocities"):
+        bipedal.set_state(zeros, zeros)
+    bipedal.step(np.zeros(4))
 
 
 def test_calls_that_work_in_process_only(serve):

@@ -46,6 +46,9 @@ class SingleWalkers(promises.SingleWalkers):
     def load(self, walker, state):
         self.walkers[walker].unwrapped.set_state(state)
 
+    def set_coordinates(self, walker, position, velocity):
+        self.walkers[walker].unwrapped.set_state(position, velocity)
+
 
 class GroupWalkers(promises.Interface):
     """Walkers that are stepped together; every seventh step is of a copy by `copied`."""

@@ -2,7 +2,16 @@
 
 import pytest
 from gymnasium_interfaces import SingleWalkers, VectorWalkers
-from promises import ALL, CASES, NUM_WALKERS, SCRIPTS, check, has_states, write_model
+from promises import (
+    ALL,
+    CASES,
+    NUM_WALKERS,
+    SCRIPTS,
+    check,
+    has_states,
+    sets_coordinates,
+    write_model,
+)
 from walker_sim import WalkerEnv
 from walkers import MODES, make_many
 
@@ -40,7 +49,7 @@ def test_cells(serve, mode, case, tmp_path):
     else:
         make = vector(mode, serve, case, keywords)
     for script in SCRIPTS:
-        if mode == "single" or not has_states(script):
+        if mode == "single" or not (has_states(script) or sets_coordinates(script)):
             walkers = make()
             for walker in ALL:
                 walkers.set_world(walker, None)  # the server keeps the last one

@@ -172,6 +172,7 @@ class HostileTest(ServerTest):
                 "seeds": list(range(count)),
             },
             "step_batch": {"actions": ACTION * count},
+            "set_state": {"position": [0.0] * 7, "velocity": [0.0] * 7},  # refused
             "set_world": {"worlds": [World("gymnasium", [])]},
             "set_real_time_factor": {"factor": 1.0},
             "set_physics_properties": physics(),
@@ -270,6 +271,7 @@ class HostileTest(ServerTest):
         table = [("set_real_time_factor", {"factor": f}, "in mode lockstep") for f in factors]
         table.append(("set_physics_properties", physics(INF), "time_step = inf"))
         table.append(("unpause_physics", {}, "in lockstep"))
+        table.append(("set_state", {}, "BipedalWalker-v3 has no positions and velocities"))
         self.assert_refused(table)
 
     def batch_table(self):
@@ -295,7 +297,8 @@ class HostileTest(ServerTest):
         for index in (count, count + 1, 2**31, MAX_UINT32):
             message = rf"= {index}; must be below num_envs = {count}"
             resets.append(({"environments": [0, index]}, rf"environments\[1\] {message}"))
-            table.append(("render", {"environment": index}, f"environment {message}"))
+            for name in ("render", "set_state"):
+                table.append((name, {"environment": index}, f"environment {message}"))
         for flags, seeds in (
             *((count, 0), (0, count), (count, count - 1), (count, count + 1)),
             *((count + 1, count + 1), (count - 1, count - 1)),
@@ -361,7 +364,7 @@ class HostileTest(ServerTest):
 
     def test_calls_before_the_first_episode_and_wrong_records(self):
         self.serve_two(begins=False, max_episode_steps=0)
-        for name in ("step", "step_many", "step_batch", "snapshot", "render"):
+        for name in ("step", "step_many", "step_batch", "snapshot", "render", "set_state"):
             words, _ = self.troubled.call(name, **self.good_requests().get(name, {}))
             self.assertRegex(words, "there is no episode yet", name)
         for caller in (self.troubled, self.quiet):

@@ -27,6 +27,7 @@ SERVICES = {
     "snapshot": srv.Snapshot,
     "restore": srv.Restore,
     "set_real_time_factor": srv.SetRealTimeFactor,
+    "set_state": srv.SetState,
     "set_world": srv.SetWorld,
 }
 

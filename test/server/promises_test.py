@@ -56,7 +56,8 @@ def info_of(names, values):
 
 
 class Singles(SingleWalkers):
-    """~reset, ~set_world, ~snapshot, ~restore, and ~step, ~step_many and ~step_batch in turn."""
+    """~reset, ~set_world, ~set_state, ~snapshot, ~restore, and in turn ~step, ~step_many and
+    ~step_batch."""
 
     def __init__(self, spec, services):
         super().__init__(spec.action_size, spec.info_names)
@@ -98,6 +99,9 @@ class Singles(SingleWalkers):
     def set_world(self, walker, world):
         self.services[walker].set_world(worlds=[to_message(world)])
 
+    def set_coordinates(self, walker, position, velocity):
+        self.services[walker].set_state(position=position, velocity=velocity)
+
     def save(self, walker):
         record = io.BytesIO()
         self.services[walker].snapshot().record.serialize(record)
@@ -108,7 +112,7 @@ class Singles(SingleWalkers):
 
 
 class Batch(Interface):
-    """~reset_batch, ~step_batch and ~set_world."""
+    """~reset_batch, ~step_batch, ~set_world and ~set_state."""
 
     def __init__(self, spec, services):
         super().__init__(spec.action_size, spec.info_names)
@@ -173,6 +177,9 @@ class Batch(Interface):
 
     def set_world(self, walker, world):
         self.services.set_world(environments=[walker], worlds=[to_message(world)])
+
+    def set_coordinates(self, walker, position, velocity):
+        self.services.set_state(environment=walker, position=position, velocity=velocity)
 
 
 class PromisesTest(ServerTest):

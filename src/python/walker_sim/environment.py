@@ -308,7 +308,7 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         ----------
         state
             Result of `get_state`, or an element of `WalkerVectorEnv.get_state`, of any walker with
-            the same id, parameters and engine. If `qvel` is given (Walker2d and Hopper in process):
+            the same id, parameters and engine. If `qvel` is given (Walker2d and Hopper):
             MuJoCo's positions ``qpos`` [m, rad], as for Gymnasium's ``set_state``.
         qvel
             MuJoCo's velocities [m/s, rad/s]. The present episode continues from there.
@@ -320,8 +320,6 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
             present state is unchanged.
         walker_sim.ResetNeeded, RuntimeError
             If `qvel` is given before the first reset, or for BipedalWalker.
-        AttributeError
-            If `qvel` is given over ROS.
         """
         if qvel is not None:
             self._require_open("set_state")

@@ -159,9 +159,6 @@ class InProcessWalkers(Walkers):
     def set_state(self, state: bytes) -> np.random.Generator | None:
         return generator_of(self._pool.set_state(state))
 
-    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        self._pool.set_coordinates(0, qpos, qvel)
-
     @property
     def is_healthy(self) -> bool:
         is_healthy = self._pool.is_healthy(0)

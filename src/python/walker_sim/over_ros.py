@@ -197,12 +197,6 @@ class RemoteWalkers(Walkers):
         self.open().restore(state)
         return None
 
-    def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        raise AttributeError(
-            'set_state(qpos, qvel): not over ROS; only with transport="inprocess". Over ROS '
-            "set_state takes a result of get_state"
-        )
-
     @property
     def is_healthy(self) -> bool:
         raise AttributeError(

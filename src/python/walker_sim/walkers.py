@@ -188,9 +188,10 @@ class Walkers(ABC):
     def set_state(self, state: bytes) -> np.random.Generator | None:
         """Restores a state. Returns its generator; None if it has none, or a server has it."""
 
-    @abstractmethod
     def set_coordinates(self, qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
-        """Sets generalized positions and velocities, shape (n,) each [m, rad, m/s, rad/s]."""
+        """Sets the walker's generalized positions and velocities, shape (n,) each
+        [m, rad, m/s, rad/s]."""
+        self._driver.set_coordinates(0, qpos, qvel)
 
     @property
     @abstractmethod
