@@ -312,7 +312,8 @@ inline void set_coordinates(Interface& interface, std::uint32_t walker, std::uin
   }
   try {
     interface.set_coordinates(walker, position, velocity);
-  } catch (const std::exception&) {  // if it should not have been refused, later steps differ
+    // NOLINTNEXTLINE(bugprone-empty-catch): if it should not have been refused, later steps differ
+  } catch (const std::exception&) {
   }
 }
 
@@ -336,11 +337,17 @@ inline Trace play(const Script& script, const Case& one, Interface& interface) {
       interface.step(actions_of(interface, ++num_steps));
     }
     for (const std::uint32_t walker : walkers) {
-      if (name == "world") interface.set_world(walker, world_of(argument, one, interface));
-      if (name == "set") set_coordinates(interface, walker, num_steps);
-      if (name == "save") states[argument] = interface.save(walker);
-      if (name == "load") interface.load(walker, states.at(argument));
-      if (name == "refuse") interface.refuse(walker, argument);
+      if (name == "world") {
+        interface.set_world(walker, world_of(argument, one, interface));
+      } else if (name == "set") {
+        set_coordinates(interface, walker, num_steps);
+      } else if (name == "save") {
+        states[argument] = interface.save(walker);
+      } else if (name == "load") {
+        interface.load(walker, states.at(argument));
+      } else if (name == "refuse") {
+        interface.refuse(walker, argument);
+      }
     }
   }
   return std::move(interface.trace);
