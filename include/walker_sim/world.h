@@ -53,13 +53,6 @@ inline double value_or(const WorldValues& values, const std::string& name, doubl
   return found == values.end() ? absent : found->second;
 }
 
-/// Returns the world of these numbers.
-inline World as_numbers(const WorldValues& values) {
-  World world;
-  for (const auto& [name, value] : values) world[name] = {value, value};
-  return world;
-}
-
 /// Returns the parameters that an environment can apply.
 /// @throws std::invalid_argument if the id is unknown
 WALKER_SIM_EXPORT std::vector<WorldParameter> world_parameters(const std::string& id);

@@ -49,7 +49,7 @@ constexpr std::size_t kMaxEndReason = 100;
 /// have one element per environment at most.
 constexpr std::uint32_t kMaxTexts = 4096;
 
-/// Upper bounds of one world in a message; robots have about 30 parameters.
+/// Upper bounds of one world in a message; robots have about 50 parameters.
 constexpr std::size_t kMaxWorldParameters = 256;
 constexpr std::size_t kMaxWorldBytes = 4096;
 

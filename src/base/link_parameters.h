@@ -43,14 +43,17 @@ inline WorldParameter force_parameter(const std::string& link, char axis, double
           maximum};
 }
 
-/// Appends the parameters of forces on links.
+/// Appends the parameters of forces on links, the trunk first. Limbs are light and bear less.
 /// @param push_impulse default of the impulse of pushes [N s]
 inline void add_force_parameters(const std::vector<std::string>& links, double push_impulse,
                                  std::vector<WorldParameter>& parameters) {
-  constexpr double kMaxPushes = 20;  // in defaults; in a second the impulse of the largest push
+  // In pushes a second; on the trunk as many as one push can have.
+  constexpr double kMaxOnTrunk = 20;
+  constexpr double kMaxOnLimb = 5;
   for (const std::string& link : links) {
+    const double most = &link == &links.front() ? kMaxOnTrunk : kMaxOnLimb;
     for (const char axis : {'x', 'z'}) {
-      parameters.push_back(force_parameter(link, axis, kMaxPushes * push_impulse));
+      parameters.push_back(force_parameter(link, axis, most * push_impulse));
     }
   }
 }

@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/random.h"
 #include "base/shortest_text.h"
 
 namespace walker {
@@ -147,5 +148,16 @@ class StateReader {
   const std::byte* next_;
   const std::byte* end_;
 };
+
+inline void write_generator(const Generator& generator, StateWriter& writer) {
+  const GeneratorState state = generator.state();
+  writer.numbers(state.data(), state.size());
+}
+
+inline Generator read_generator(StateReader& reader) {
+  GeneratorState state{};
+  reader.numbers(state.data(), state.size());
+  return Generator(state);
+}
 
 }  // namespace walker

@@ -105,11 +105,13 @@ World read_world(Reader& reader) {
   return world;
 }
 
-/// Reads what an episode has drawn.
+/// Reads what an episode has drawn: numbers, and ranges of what changes within it.
 World read_drawn_world(Reader& reader) {
   World world = read_world(reader);
+  const bool can_change = world.count(kChangeInterval) != 0;
   for (const auto& [name, range] : world) {
-    if (range.is_number() || world.count(kChangeInterval) != 0) continue;
+    const bool is_range = can_change && name != kChangeInterval && range.low < range.high;
+    if (is_range || range.is_number()) continue;
     fail("world has a range for " + printable(name, kMaxQuotedBytes) + "; must have a number");
   }
   return world;

@@ -43,16 +43,16 @@ enum ServiceIndex : std::size_t {
 constexpr std::size_t kMaxSpecificationBytes = 1 << 24;
 
 constexpr std::array<ServiceType, 11> kServiceTypes{{
-    {"get_spec", "walker_sim/GetSpec", "6a1006354a8227e672b60a97b645f430"},
-    {"reset", "walker_sim/Reset", "8ad6dacbcb7e5b943926df4372291b3b"},
+    {"get_spec", "walker_sim/GetSpec", "abfc13e4553f7a78d84fce4dbffa7b4a"},
+    {"reset", "walker_sim/Reset", "579fbd4452dd839cc753a5aa78a35ac6"},
     {"step", "walker_sim/Step", "966a6fb1bec39160c190f0f4547374a0"},
-    {"reset_batch", "walker_sim/ResetBatch", "c9105be7ae41a4d5177c8aab6c283e89"},
-    {"step_batch", "walker_sim/StepBatch", "12262ba7e25f5700bf46691632b5eba5"},
+    {"reset_batch", "walker_sim/ResetBatch", "437ef1d1c361663ae281e556ca29d233"},
+    {"step_batch", "walker_sim/StepBatch", "098e99818551b9955c1d046d341ea5de"},
     {"render", "walker_sim/Render", "ddec8823bcc866f5390ff2c9bb477f29"},
     {"step_many", "walker_sim/StepMany", "0f84f7c61cb488b9aad4529423766e03"},
-    {"snapshot", "walker_sim/Snapshot", "f3f9133ca0cebbe02896159d653cb135"},
-    {"restore", "walker_sim/Restore", "b2bea936f7e24e5df2271f2bd45c4399"},
-    {"set_world", "walker_sim/SetWorld", "d91f9d318b27acc8f6bc84093cfc7fef"},
+    {"snapshot", "walker_sim/Snapshot", "7c84163974c04a7a61f10013de6e4f9e"},
+    {"restore", "walker_sim/Restore", "9d793d292ae21f16fad555da701d5688"},
+    {"set_world", "walker_sim/SetWorld", "d74d5d34e872d10873dd549440f00e82"},
     {"set_state", "walker_sim/SetState", "3e735194762c04fdaa86e427d37576e4"},
 }};
 

@@ -94,9 +94,10 @@ World CheckedWorld::draw(const GeneratorState& episode) const {
   return drawn;
 }
 
-void check_drawn_world(const std::string& id, const World& drawn) {
-  check_world(id, drawn);
-  const std::vector<std::string> changing = changing_names(id, drawn);
+void check_drawn_world(const Specification& specification, const World& drawn) {
+  if (drawn.empty()) return;
+  const CheckedWorld checked(specification, drawn);
+  const std::vector<std::string> changing = changing_names(specification.id, drawn);
   for (const auto& [name, range] : drawn) {
     if (range.is_number() || has(changing, name)) continue;
     throw std::invalid_argument("world parameter " + to_string(World{{name, range}}) +
@@ -121,8 +122,19 @@ bool EpisodeValues::begin_step(std::uint32_t step) {
   return true;
 }
 
-void EpisodeValues::skip(std::uint32_t steps) {
-  for (std::uint32_t step = 1; period_ != 0 && step <= steps; ++step) begin_step(step);
+void EpisodeValues::save(StateWriter& writer) const {
+  for (const Changing& each : changing_) {
+    writer.number(present_.at(each.name));
+    write_generator(each.generator, writer);
+  }
+}
+
+void EpisodeValues::load(StateReader& reader) {
+  for (auto& [name, range, generator] : changing_) {
+    double& value = present_[name] = reader.finite_number<double>("what changes");
+    generator = read_generator(reader);
+    if (value < range.low || value > range.high) refuse_state(name + " is beyond its range");
+  }
 }
 
 void EpisodeValues::draw() {

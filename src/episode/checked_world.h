@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/random.h"
+#include "base/state_bytes.h"
 #include "walker_sim/export.h"
 #include "walker_sim/specification.h"
 #include "walker_sim/world.h"
@@ -16,8 +17,9 @@ namespace walker {
 /// A world that an environment can apply.
 class WALKER_SIM_EXPORT CheckedWorld {
  public:
-  /// @throws std::invalid_argument as `check_world`, or for a delay or an interval that is shorter
-  ///         than half a step, which would be none
+  /// @throws std::invalid_argument as `check_world`, for what the environment cannot apply, or for
+  /// a
+  ///         delay or an interval that is rounded to no step
   CheckedWorld(const Specification& specification, World world);
 
   /// Returns a checked world to share; null for the empty one. @throws as the constructor
@@ -39,9 +41,9 @@ class WALKER_SIM_EXPORT CheckedWorld {
   double dt_;
 };
 
-/// @throws std::invalid_argument as `check_world`, or naming a range that an episode would have
-///         drawn
-void check_drawn_world(const std::string& id, const World& drawn);
+/// @throws std::invalid_argument as the constructor of `CheckedWorld`, or naming a range other than
+///         of physics beside `change_interval`
+void check_drawn_world(const Specification& specification, const World& drawn);
 
 /// The values that act in an episode. What its world has as ranges changes within it: before step
 /// 1 + k n, with n steps of `change_interval` and k = 1, 2 ..., each of these takes the next draw
@@ -54,12 +56,14 @@ class EpisodeValues {
 
   const WorldValues& present() const { return present_; }
 
-  /// Returns whether values change.
-  /// @param step to make, from 1; each call has the next one
+  /// Prepares a step, and returns whether values have changed. Successive calls pass successive
+  /// steps.
+  /// @param step to make, from 1
   bool begin_step(std::uint32_t step);
 
-  /// Makes the changes of the steps that a saved state has behind it.
-  void skip(std::uint32_t steps);
+  void save(StateWriter& writer) const;
+  /// @throws std::invalid_argument if the state is damaged
+  void load(StateReader& reader);
 
  private:
   struct Changing {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "base/link_parameters.h"
 #include "episode/checked_world.h"
@@ -29,17 +28,6 @@ void read(StateReader& reader, std::size_t row_size, std::deque<std::vector<doub
     row.resize(row_size);
     reader.finite_numbers(row.data(), row_size, "delayed actions and observations");
   }
-}
-
-void write(const Generator& generator, StateWriter& writer) {
-  const GeneratorState state = generator.state();
-  writer.numbers(state.data(), state.size());
-}
-
-Generator read_generator(StateReader& reader) {
-  GeneratorState state{};
-  reader.numbers(state.data(), state.size());
-  return Generator(state);
 }
 
 }  // namespace
@@ -202,7 +190,7 @@ void Disturbances::forget_past() {
 
 void Disturbances::save(StateWriter& writer) const {
   for (const Generator* generator : {&push_generator_, &action_generator_, &sensing_generator_}) {
-    write(*generator, writer);
+    write_generator(*generator, writer);
   }
   writer.number(step_);
   writer.number(observed_step_);

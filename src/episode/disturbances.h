@@ -5,14 +5,12 @@
 #include <array>
 #include <cstdint>
 #include <deque>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "base/random.h"
 #include "base/state_bytes.h"
 #include "robots/robot.h"
-#include "walker_sim/export.h"
 #include "walker_sim/world.h"
 
 namespace walker {
@@ -23,9 +21,10 @@ namespace walker {
 /// round(seconds / dt). n is a standard normal number, drawn anew for each use:
 ///
 ///   action       action_(k-d) + action_noise n; for k <= d, 0 + action_noise n. Not clamped
-///   push         on the trunk, along x and z: (force_x, force_z) dt [N s]; if k is a multiple of
+///   push         on the trunk, along x and z: (LINK_force_x, LINK_force_z) dt [N s]; if k is a
+///   multiple of
 ///                the period, plus the impulse push_impulse (cos u, sin u), u uniform in [0, 2 pi)
-///   forces       on the other links: (force_x, force_z) [N]
+///   forces       on the other links: (LINK_force_x, LINK_force_z) [N]
 ///   noise        each measured quantity (joints, trunk, ranges) + its deviation * n; observation
 ///                and sensors of a state have the same errors
 ///   observation  that of step max(k - d, 0); except after a reset, with the probability `dropout`
@@ -85,7 +84,7 @@ class Disturbances {
   void remember_sensors(Robot& robot);
   bool is_delayed() const { return observation_delay_ != 0 || dropout_ > 0; }
 
-  std::vector<std::string> links_;
+  std::vector<std::string> links_;         // their names
   double dt_;                              // [s]
   std::array<double, 2> constant_push_{};  // in each step, along x and z [N s]
   std::vector<LinkWrench> forces_;         // on links other than the trunk

@@ -150,7 +150,7 @@ void check_repeatable(const EpisodeRecord& record, const Specification& specific
     throw std::invalid_argument(
         "reuse_world = true: an episode depends on those before it, which a record does not have");
   }
-  check_drawn_world(record.id, record.world);
+  check_drawn_world(specification, record.world);
   if (record.seed && Generator(*record.seed).state() != record.generator_state) {
     throw std::invalid_argument("generator_state is not that of seed = " +
                                 std::to_string(*record.seed));

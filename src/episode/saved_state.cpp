@@ -190,6 +190,7 @@ void Walker::save_state(std::vector<std::byte>& state) const {
   writer.text(to_string(world()));
   writer.text(to_string(drawn_world()));
   writer.numbers(state_.generator_state.data(), state_.generator_state.size());
+  if (values_) values_->save(writer);
   if (disturbances_) disturbances_->save(writer);
   robot_->save(writer);
   StateOrigin::seal(state, begin);
@@ -209,14 +210,14 @@ std::function<void()> Walker::read_state(const std::byte* state, std::size_t siz
   }
   const auto world = CheckedWorld::share(specification(), read_world(reader));
   const World drawn = read_world(reader);
-  check_drawn_world(specification().id, drawn);
+  check_drawn_world(specification(), drawn);
   reader.numbers(read_state.generator_state.data(), read_state.generator_state.size());
   std::optional<EpisodeValues> values;
   std::shared_ptr<Disturbances> disturbances;  // std::function needs a copyable one
   if (!drawn.empty()) {
     read_state.world = std::make_shared<const World>(drawn);
     values.emplace(drawn, specification().dt, read_state.generator_state);
-    values->skip(read_state.step);
+    values->load(reader);
     if (Disturbances::has_any(values->present())) {
       disturbances = std::make_shared<Disturbances>(values->present(), specification(),
                                                     read_state.generator_state);

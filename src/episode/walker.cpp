@@ -271,10 +271,10 @@ bool Walker::prepare(const double* action) {
 void Walker::change_physics() {
   try {
     robot_->change_physics(values_->present());
+    if (disturbances_) disturbances_->set_forces(values_->present());
   } catch (...) {
     step_.failure = std::current_exception();
   }
-  if (disturbances_) disturbances_->set_forces(values_->present());
 }
 
 void Walker::conclude() {

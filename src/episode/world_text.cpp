@@ -43,7 +43,7 @@ std::string without_comment(const std::string& line) {
   throw std::invalid_argument("world " + source + ": " + reason);
 }
 
-/// Returns the lines of the only document, without blanks around them, comments and marks.
+/// Returns the lines of the only document, without comments, marks and blanks at their ends.
 std::vector<std::string> lines_of(const std::string& text, const std::string& source) {
   const std::string byte_order_mark = "\xEF\xBB\xBF";
   std::istringstream stream(starts_with(text, byte_order_mark) ? text.substr(3) : text);
@@ -55,7 +55,8 @@ std::vector<std::string> lines_of(const std::string& text, const std::string& so
     const bool begins = has_mark(line, "---");
     const bool ends = has_mark(line, "...");
     if (!has_begun && starts_with(line, "%")) continue;  // a directive
-    line = trimmed(begins || ends ? line.substr(3) : line);
+    if (begins || ends) line.erase(0, 3);
+    line.erase(line.find_last_not_of(kSpace) + 1);
     if (begins ? has_begun : has_ended && !line.empty()) {
       refuse(source, "must be one YAML document");
     }
@@ -89,18 +90,28 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
+/// Whether a line leaves its value to the next lines: only an anchor or a tag may follow its colon.
+bool is_open(const std::string& line) {
+  const std::size_t colon = line.rfind(": ");
+  const std::string rest = colon == std::string::npos ? "" : line.substr(colon + 2);
+  return line.back() == ':' || starts_with(rest, "&") || starts_with(rest, "!!");
+}
+
 /// Returns the entries NAME: VALUE of a text, or of {A: 1, B: [2, 3]}. They keep their line breaks.
-std::vector<std::string> entries_of(const std::string& text, const std::string& source) {
+std::vector<std::string> entries_of(const std::string& document, const std::string& source) {
   std::vector<std::string> entries;
   std::ptrdiff_t depth = 0;
-  for (const std::string& line : lines_of(text, source)) {
-    const bool is_open = !entries.empty() && (depth > 0 || entries.back().back() == ':');
-    if (is_open || (!entries.empty() && has_mark(line, "-"))) {
-      entries.back() += "\n" + line;
+  std::string last = " ";
+  for (const std::string& line : lines_of(document, source)) {
+    const std::string text = trimmed(line);
+    const bool is_value = has_mark(text, "-") || (line.front() != text.front() && is_open(last));
+    if (!entries.empty() && (depth > 0 || is_value)) {
+      entries.back() += "\n" + text;
     } else {
-      entries.push_back(line);
+      entries.push_back(text);
       depth = 0;
     }
+    last = text;
     depth += opened_brackets(line);
   }
   if (entries.size() != 1) return entries;
@@ -151,19 +162,11 @@ std::optional<std::string> logarithmic_pair(const std::string& value) {
   return text.substr(colon + 1);
 }
 
-std::optional<WorldRange> read_range(const std::string& value) {
-  if (const auto number = parse_number(trimmed(value))) return WorldRange{*number, *number};
-  const std::optional<std::string> pair = logarithmic_pair(value);
-  std::optional<WorldRange> range = read_pair(pair.value_or(value));
-  if (range) range->is_log_uniform = pair && !range->is_number();
-  return range;
-}
-
 /// Reads a value after an optional anchor and an optional tag !!python/tuple. yaml.dump writes an
-/// anchor and aliases for a list that occurs twice.
+/// anchor and aliases for a value that occurs twice.
 /// @param anchors values of earlier entries' anchors; receives this entry's
-std::optional<WorldRange> read_value(std::string value,
-                                     std::map<std::string, WorldRange>& anchors) {
+std::optional<WorldRange> read_value(std::string value, std::map<std::string, WorldRange>& anchors,
+                                     bool may_be_logarithmic = true) {
   std::string anchor;
   for (int words = 0; words < 3; ++words) {
     value.erase(0, std::min(value.find_first_not_of(" \t"), value.size()));
@@ -179,7 +182,15 @@ std::optional<WorldRange> read_value(std::string value,
     const auto found = anchors.find(trimmed(value.substr(1)));
     return found == anchors.end() ? std::nullopt : std::optional(found->second);
   }
-  const std::optional<WorldRange> range = read_range(value);
+  std::optional<WorldRange> range = read_pair(value);
+  if (const auto number = parse_number(trimmed(value))) range = {*number, *number};
+  const auto pair = may_be_logarithmic ? logarithmic_pair(value) : std::nullopt;
+  if (pair) {
+    const bool is_number = parse_number(trimmed(*pair)).has_value();
+    range = is_number ? std::nullopt : read_value(*pair, anchors, false);
+    if (!range || range->is_log_uniform) return std::nullopt;
+    range->is_log_uniform = !range->is_number();
+  }
   if (range && !anchor.empty()) anchors[anchor] = *range;
   return range;
 }

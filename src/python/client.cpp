@@ -15,7 +15,7 @@
 
 #include "base/checks.h"
 #include "base/posix.h"
-#include "episode/disturbances.h"
+#include "episode/checked_world.h"
 #include "episode/walker.h"
 #include "python/bindings.h"
 #include "python/conversions.h"

@@ -55,7 +55,7 @@ struct RobotStep {
   /// reset ignores it.
   std::array<double, 2> push{};
   std::vector<LinkWrench> wrenches;                 ///< of distinct links; a reset has none
-  const std::vector<LinkWrench>* forces = nullptr;  ///< more of these, of the world; null: none
+  const std::vector<LinkWrench>* forces = nullptr;  ///< constant forces of the world; null: none
   double* info = nullptr;  ///< receives one value per info name; NaN: absent
   double reward = 0;
   bool terminated = false;

@@ -24,6 +24,7 @@ QString text_of(double number) { return QString::number(number, 'g', 4); }
 QString text_of(const WorldRange& range, const std::string& unit) {
   QString text = text_of(range.low);
   if (!range.is_number()) text += " to " + text_of(range.high);
+  if (range.is_log_uniform) text += " (log)";
   return unit.empty() ? text : text + " " + QString::fromStdString(unit);
 }
 
@@ -160,7 +161,9 @@ void WorldEditor::offer_parameters() {
   more_->clear();
   more_->addItem("Add a parameter…");
   for (const WorldParameter& parameter : parameters_) {
-    if (rows_.count(parameter.name) == 0) more_->addItem(QString::fromStdString(parameter.name));
+    // A row sets a number, beside which the interval of changes would be refused.
+    if (rows_.count(parameter.name) != 0 || parameter.name == kChangeInterval) continue;
+    more_->addItem(QString::fromStdString(parameter.name));
   }
   more_->setVisible(more_->count() > 1);
 }

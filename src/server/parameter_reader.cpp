@@ -138,8 +138,8 @@ std::vector<ParameterDescription> server_parameters() {
        "Environment i uses seed + i.",
        0, 0},
       {"world", std::string(), "",
-       "World of all environments: a preset, a YAML file or {NAME: NUMBER, NAME: [LOW, HIGH]}; "
-       "empty: Gymnasium's.",
+       "World of all environments: a preset, a YAML file or {NAME: NUMBER, NAME: [LOW, HIGH], "
+       "NAME: {log: [LOW, HIGH]}}; empty: Gymnasium's.",
        0, 0},
       {"real_time_factor", 1.0, "",
        "Simulation time over wall time in mode free; 0: as fast as possible.", 0,

@@ -15,6 +15,7 @@
 #include <ros/ros.h>
 
 #include "agents/sensor_topics.h"
+#include "as_numbers.h"
 #include "episode/walker.h"
 #include "server/remote.h"
 #include "walker_sim/agent.h"

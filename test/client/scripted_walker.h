@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "as_numbers.h"
 #include "client/messages.h"
 #include "client/scripted_server.h"
 #include "walker_sim/client.h"

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -155,6 +156,23 @@ TEST_P(PushesTest, AWorldsForcesAreThoseOfEachStepAndAddUpWithPushes) {
     walker->step(action_);
     EXPECT_EQ(row_of(*walker), row_of(*walker_)) << i;
   }
+}
+
+TEST_P(PushesTest, AForceThatChangesIsTheOneOfItsStep) {
+  const std::vector<Link>& links = walker_->specification().links;
+  const std::uint32_t last = static_cast<std::uint32_t>(links.size()) - 1;
+  const std::string name = links[last].name + "_force_x";
+  const double interval = 3 * walker_->specification().dt;
+  const auto walker = begun({{"change_interval", {interval, interval}}, {name, {-5, 5}}});
+  std::set<double> forces;
+  for (int i = 0; i < 10; ++i) {
+    walker->step(action_);
+    forces.insert(walker->world_values().at(name));
+    walker_->push({last, walker->world_values().at(name), 0, 0});
+    walker_->step(action_);
+    EXPECT_EQ(row_of(*walker), row_of(*walker_)) << i;
+  }
+  EXPECT_EQ(forces.size(), 4U);
 }
 
 TEST_P(PushesTest, ZerosCancel) {

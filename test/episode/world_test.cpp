@@ -68,8 +68,11 @@ TEST(World, ParsesLogarithmicRanges) {
   EXPECT_EQ(to_string(expected), "{friction_scale: {log: [0.5, 2.0]}, gravity: [-5.0, -4.0]}");
   EXPECT_EQ(parse_world(to_string(expected), "x"), expected);
   EXPECT_EQ(parse_world("a: {log: [2, 2]}", "x"), (World{{"a", {2, 2}}}));
-  for (const char* text : {"a: {log: 2}", "a: {ln: [1, 2]}", "a: {log: [1, 2], b: 3}",
-                           "a: {log: {log: [1, 2]}}", "a: log: [1, 2]", "a: {log: [1, 2]"}) {
+  EXPECT_EQ(parse_world("a: &id001\n  log: !!python/tuple\n  - 1\n  - 2\nb: *id001\n", "x"),
+            (World{{"a", {1, 2, true}}, {"b", {1, 2, true}}}));
+  for (const char* text :
+       {"a: {log: 2}", "a:\nlog: [1, 2]", "a: {ln: [1, 2]}", "a: {log: [1, 2], b: 3}",
+        "a: {log: {log: [1, 2]}}", "a: log: [1, 2]", "a: {log: [1, 2]"}) {
     EXPECT_THROW(parse_world(text, "x"), std::invalid_argument) << text;
   }
 }

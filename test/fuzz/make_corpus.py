@@ -74,7 +74,7 @@ def specification(environment_id="Toy-v0", observations=4, actions=2, num_envs=3
         num_envs=num_envs,
         parameter_names=["max_episode_steps"],
         parameter_values=["1000"],
-        world=messages.World(parameters=[messages.WorldParameter("gravity", -12.0, -8.0)]),
+        world=messages.World(parameters=[messages.WorldParameter("gravity", -12.0, -8.0, True)]),
         observation_size=observations,
         observation_dtype="float32",
         observation_low=[-1.0] * observations,
@@ -112,7 +112,9 @@ def transition(step=1, actions=2):
 def drawn(environment):
     """What an episode has drawn."""
     values = {"friction_scale": 0.5, "gravity": -9.0}
-    parameters = [messages.WorldParameter(name, value, value) for name, value in values.items()]
+    parameters = [
+        messages.WorldParameter(name, value, value, False) for name, value in values.items()
+    ]
     return messages.EnvironmentWorld(environment, parameters)
 
 

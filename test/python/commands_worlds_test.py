@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 from gymnasium.envs.box2d.bipedal_walker import BipedalWalkerHeuristics
 from walker_sim import _core
+from walker_sim.worlds import read_world
 from walkers import IDS, make_ours, play
 
-WORLD = "{gravity: [-12, -8], push_interval: [1, 2], action_delay: 0.02}"
+WORLD = (
+    "{gravity: [-12, -8], change_interval: 1, friction_scale: {log: [0.5, 2]}, "
+    "push_interval: [1, 2], action_delay: 0.02}"
+)
 
 
 def test_the_presets_are_listed(command):
@@ -43,7 +47,7 @@ def test_the_docs_show_the_output(command, words):
 
 
 def test_evaluate_writes_what_was_drawn(evaluate, tmp_path):
-    """Each episode is that of gymnasium.make with the drawn numbers."""
+    """Each episode is that of gymnasium.make with what was drawn."""
     table = tmp_path / "a.csv"
     words = ["BipedalWalker-v3", "--world", WORLD, "--episodes", 6]
     out, whole = evaluate(*words, "--csv", table, "--num-envs", 4)
@@ -51,6 +55,8 @@ def test_evaluate_writes_what_was_drawn(evaluate, tmp_path):
     assert evaluate(*words, "--num-envs", 1) == (out, whole)
     assert whole["world"] == {
         "gravity": [-12, -8],
+        "change_interval": [1, 1],
+        "friction_scale": {"log": [0.5, 2]},
         "push_interval": [1, 2],
         "action_delay": [0.02, 0.02],
     }
@@ -58,9 +64,10 @@ def test_evaluate_writes_what_was_drawn(evaluate, tmp_path):
         rows = list(csv.DictReader(text))
     for row, outcome in zip(rows, whole["outcomes"]):
         drawn = outcome["world"]
-        assert {name: float(row[name]) for name in drawn} == drawn
+        cells = ", ".join(f"{name}: {row[name]}" for name in drawn)
+        assert _core.load_world(f"{{{cells}}}") == read_world(drawn)
         env = make_ours("BipedalWalker-v3")
-        assert env.reset(options={"world": drawn})[1]["world"] == drawn
+        assert read_world(env.reset(options={"world": drawn})[1]["world"]) == read_world(drawn)
         heuristic = BipedalWalkerHeuristics().step_heuristic
         (episode_return, *_), _ = play(env, outcome["seed"], heuristic, world=drawn)
         assert episode_return == outcome["return"]

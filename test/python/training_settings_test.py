@@ -152,6 +152,10 @@ TOO_SHORT = "world parameter action_delay = 0.001 s: is shorter than half a step
             b"stages: [{world: {gravity: -5}}]",
             "curriculum: world = {gravity: -5.0} has no range that grows",
         ),
+        (
+            b"algorithm: es\nworld: {gravity: {log: [-9, -5]}}\ncurriculum: {thresholds: [1, 2]}",
+            "curriculum: world = {gravity: {log: [-9.0, -5.0]}}: must have neither log nor",
+        ),
     ],
 )
 def test_error_names_invalid_settings_file(tmp_path, command, content, words):

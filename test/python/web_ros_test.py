@@ -47,7 +47,7 @@ class Shown:
         return self.call("snapshot", Snapshot).record
 
     def world(self):
-        return to_world(self.call("get_spec", GetSpec).spec.world)
+        return to_world(self.call("get_spec", GetSpec).spec.world.parameters)
 
     def close(self):
         self._is_over = True

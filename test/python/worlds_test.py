@@ -126,8 +126,9 @@ def test_all_forms_are_equal(world, tmp_path):
 )
 def test_reads_what_yaml_writes(options, pair, tmp_path):
     interval = pair([1.5, 3])
-    world = {"push_interval": interval, "gravity": -5.25, "mass_scale": interval}
-    expected = {"push_interval": (1.5, 3), "gravity": (-5.25, -5.25), "mass_scale": (1.5, 3)}
+    world = {"push_interval": interval, "gravity": -5.25, "mass_scale": {"log": interval}}
+    expected = {"push_interval": (1.5, 3), "gravity": (-5.25, -5.25)}
+    expected["mass_scale"] = {"log": (1.5, 3)}
     file = tmp_path / "mine.yaml"
     for text in (yaml.dump(world, **options), json.dumps(world), json.dumps(world, indent=1)):
         for encoding in ("utf-8", "utf-8-sig"):
@@ -165,10 +166,20 @@ REFUSED = [
 MISTYPED = [
     (5, "world = 5: must be None, a preset's name, a YAML file's path, or a mapping of names to "),
     ([{}], "world = [{}]: must be None, a preset's name"),
-    ({"gravity": "low"}, "parameter gravity = 'low': must be a number, or a pair (low, high)"),
-    ({"gravity": (1, 2, 3)}, "world parameter gravity = (1, 2, 3): must be a number, or a pair "),
-    ({"gravity": True}, "world parameter gravity = True: must be a number, or a pair (low, high)"),
-    ({"gravity": None}, "world parameter gravity = None: must be a number, or a pair (low, high)"),
+    (
+        {"gravity": "low"},
+        "parameter gravity = 'low': must be a number, a pair (low, high), or {'log':",
+    ),
+    ({"gravity": (1, 2, 3)}, "world parameter gravity = (1, 2, 3): must be a number, a pair "),
+    (
+        {"gravity": True},
+        "world parameter gravity = True: must be a number, a pair (low, high), or {'log':",
+    ),
+    (
+        {"gravity": None},
+        "world parameter gravity = None: must be a number, a pair (low, high), or {'log':",
+    ),
+    ({"gravity": {"log": -5}}, "gravity = {'log': -5}: must be a number, a pair (low, high), or"),
     ({5: 1}, "world parameter 5: must be a str"),
     (pathlib, "must be None, a preset's name"),
 ]

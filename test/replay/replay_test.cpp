@@ -178,7 +178,8 @@ TEST_F(BagTest, CoordinatesThatWereSet) {
 TEST_P(ReplayOfEach, WorldsAreChecked) {
   const Changes<std::vector<walker_sim::WorldParameter>> cases = {
       {[](auto& world) { world[0].high += 1; }, "not compared: world parameter {gravity: ["},
-      {[](auto& world) { world[0].low = world[0].high = NAN; }, "not compared: world parameter {"},
+      {[](auto& world) { world[0].low = world[0].high = NAN; },
+       "not compared: world parameter gravity = .nan: must be finite"},
       {[](auto& world) { world.push_back(world[0]); },
        "not compared: world parameter gravity is given twice"},
       {[](auto& world) { world[0].name = "gravty"; }, "not compared: world parameter gravty = "},

@@ -116,7 +116,7 @@ def test_panel(show):
         own = {"friction_scale": FRICTION}
         wait_for(lambda: world_of(episodes.messages) == own, "the server's own world")
         # One that somebody else has set. The panel looks every second, later on a busy machine.
-        world = World("", [WorldParameter("gravity", -3, -3), *episodes.messages[-1].world])
+        world = World("", [WorldParameter("gravity", -3, -3, False), *episodes.messages[-1].world])
         for seconds in (2, 4, 8, 16):
             assert show.service("set_world", SetWorld)(worlds=[world]).success
             time.sleep(seconds)

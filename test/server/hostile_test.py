@@ -291,8 +291,9 @@ class HostileTest(ServerTest):
             ("set_world", {"worlds": [World("x" * 30_000, [])]}, "preset x+.*bytes left out"),
             ("set_world", {"worlds": [World("\x1b[2J", [])]}, r"preset \\x1b\[2J: unknown"),
         ]
-        for ends in itertools.product((NAN, INF, -INF, 1e308, 5e-324), repeat=2):
-            world = World("", [WorldParameter("gravity", *ends)])
+        extremes = (NAN, INF, -INF, 1e308, 5e-324)
+        for *ends, is_log in itertools.product(extremes, extremes, (False, True)):
+            world = World("", [WorldParameter("gravity", *ends, is_log)])
             table.append(("set_world", {"worlds": [world]}, "gravity"))
         for index in (count, count + 1, 2**31, MAX_UINT32):
             message = rf"= {index}; must be below num_envs = {count}"

@@ -95,7 +95,7 @@ def to_message(world):
     if isinstance(world, str):
         return World(preset=world)
     ranges = {k: v if isinstance(v, list) else [v, v] for k, v in world.items()}
-    return World("", [WorldParameter(name, *ends) for name, ends in ranges.items()])
+    return World("", [WorldParameter(name, *ends, False) for name, ends in ranges.items()])
 
 
 def values_of(parameters):

@@ -120,7 +120,7 @@ class WorldServicesTest(ServerTest):
         begun = self.reset()
         specs = self.record("/spec", EnvironmentSpec)
         record = self.ask("snapshot").record
-        twice = World("", [WorldParameter("gravity", -1, -1)] * 2)
+        twice = World("", [WorldParameter("gravity", -1, -1, False)] * 2)
         for service, fields in (
             ("set_world", {"worlds": [twice]}),
             ("reset", {"has_seed": True, "seed": 5, "world": twice}),
@@ -130,11 +130,11 @@ class WorldServicesTest(ServerTest):
             self.assertFalse(reply.success, service)
             self.assertIn("gravity is given twice", reply.status_message, service)
         for parameters, words in (
-            ([WorldParameter("gravity", -4, -3)], "must be a number, low == high"),
+            ([WorldParameter("gravity", -4, -3, False)], "must be a number, or a range of"),
             (twice.parameters, "gravity is given twice"),
-            ([WorldParameter("gravty", -4, -4)], "gravty = -4.0: unknown"),
-            ([WorldParameter("gravity", -4000, -4000)], "must be in"),
-            ([WorldParameter("gravity", -5, -5)], "of the record: checksum"),
+            ([WorldParameter("gravty", -4, -4, False)], "gravty = -4.0: unknown"),
+            ([WorldParameter("gravity", -4000, -4000, False)], "must be in"),
+            ([WorldParameter("gravity", -5, -5, False)], "of the record: checksum"),
             ([], "of the record: checksum"),
         ):
             wrong = copy.deepcopy(record)

@@ -123,7 +123,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
 
     @property
     def world(self) -> World:
-        """World of the resets to come: a pair (low, high) by parameter name; empty: Gymnasium's."""
+        """World of the resets to come: (low, high) or ``{"log": (low, high)}`` by parameter name;
+        empty: Gymnasium's."""
         return self._walkers.worlds()[0]
 
     def set_world(self, world: AnyWorld) -> None:
@@ -133,7 +134,8 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         ----------
         world
             A mapping of parameters to numbers, or to pairs (low, high) from which each episode
-            draws uniformly, e.g. ``{"gravity": -5, "push_interval": (1, 3)}``; or that as a text of
+            draws uniformly, e.g. ``{"gravity": -5, "push_interval": (1, 3)}``, or to
+            ``{"log": (low, high)}``, whose logarithm it draws uniformly; or that as a text of
             YAML; or a preset's name, e.g. ``"moon"``; or the path of a YAML file. Parameters that
             are absent have Gymnasium's values. None: Gymnasium's world.
 

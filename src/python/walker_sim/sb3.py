@@ -53,7 +53,7 @@ class VecEnv(vec_env.VecEnv):
     ----------
     reset_infos
         Info of each walker's last reset, floats by name; in a world also ``world``, what the
-        episode has drawn, floats by name. ``error`` is present only if the engine
+        episode has drawn, as for `walker_sim.WalkerEnv`. ``error`` is present only if the engine
         failed: that walker's observation is zeros, and its next step is another reset.
 
     Raises

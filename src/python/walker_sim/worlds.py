@@ -117,7 +117,8 @@ def _to_range(name: Any, given: Any) -> Range:
     values = values.tolist() if hasattr(values, "tolist") else values
     is_pair = isinstance(values, Sequence) and not isinstance(values, (str, bytes))
     pair = values if is_pair else (values, values)
-    if len(pair) != 2 or not all(map(_is_number, pair)):
+    is_wrong = is_log_uniform and not is_pair
+    if is_wrong or len(pair) != 2 or not all(map(_is_number, pair)):
         shown_name = _core.shown(name).strip("'")
         raise TypeError(
             f"world parameter {shown_name} = {_core.shown(given)}: must be a number, a pair "

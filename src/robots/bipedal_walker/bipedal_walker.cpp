@@ -54,8 +54,7 @@ BipedalWalker::BipedalWalker(const std::string& id, const Parameters& parameters
 void BipedalWalker::set_world(const WorldValues& values) { next_world_ = settings_of(values); }
 
 void BipedalWalker::change_physics(const WorldValues& values) {
-  set_world(values);
-  world_ = next_world_;
+  world_ = settings_of(values);
   physics_->change(world_.dynamics);
 }
 

@@ -157,9 +157,15 @@ PlanarRobot::PlanarRobot(const PlanarOptions& options)
     specification_.inapplicable_world_parameters.emplace_back(
         parameter, describe_model(options.model.xml_file) + reason);
   };
+  const std::vector<Link>& links = specification_.links;
   for (const std::string& body : options.bodies) {
-    if (mj_name2id(&model(), mjOBJ_BODY, body.c_str()) >= 0) continue;
-    refuse(mass_name(body), "the model has no body " + body);
+    if (mj_name2id(&model(), mjOBJ_BODY, body.c_str()) < 0) {
+      refuse(mass_name(body), "the model has no body " + body);
+    }
+    const auto has_name = [&body](const Link& link) { return link.name == body; };
+    if (std::any_of(links.begin(), links.end(), has_name)) continue;
+    for (const char axis : {'x', 'z'})
+      refuse(force_name(body, axis), "the model has no link " + body);
   }
   if (floor_of(model()) < 0) refuse(kFloorFriction, level_refusal_->text);
   if (level_refusal_->text.empty()) return;

@@ -27,7 +27,7 @@ struct PlanarOptions {
   /// rest.
   Specification specification;
   PlanarModel model;
-  std::vector<std::string> bodies;  ///< whose masses a world can set
+  std::vector<std::string> bodies;  ///< whose masses and forces on them a world can set
   /// Creates the physics; empty: MuJoCo's library.
   std::function<std::unique_ptr<Physics>(ModelPointer)> make_physics;
   int frame_skip = 1;            ///< engine steps per environment step

@@ -203,6 +203,10 @@ TEST(DynamicsTest, ChangeWithinAnEpisode) {
     EXPECT_EQ(body.GetLocalCenter().y, expected.GetLocalCenter().y);
     EXPECT_EQ(body.GetFixtureList()->GetFriction(), expected.GetFixtureList()->GetFriction());
   }
+  const b2Vec2 center = changed.physics.hull().GetWorldCenter();
+  changed.physics.change(other);
+  EXPECT_EQ(changed.physics.hull().GetWorldCenter().x, center.x) << "nothing has changed";
+  EXPECT_EQ(changed.physics.hull().GetWorldCenter().y, center.y);
 }
 
 TEST(DynamicsTest, AMassIsThatOfItsLinkWhoseInertiaStays) {

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "as_numbers.h"
+#include "base/link_parameters.h"
 #include "base/random.h"
 #include "robots/bipedal_walker/observation.h"
 #include "robots/bipedal_walker/player.h"
@@ -26,12 +28,16 @@ inline std::vector<double> draw_action(Generator& random) {
   return action;
 }
 
-/// Draws values within the limits of a third of the parameters.
+/// Whether a robot takes the parameter. Forces are the episode's; a constant one accelerates a
+/// light walker without friction for as long as it acts.
+inline bool is_robots(const WorldParameter& parameter) { return !is_force_name(parameter.name); }
+
+/// Draws values within the limits of a third of the robot's parameters.
 inline WorldValues random_values(Generator& generator, bool hardcore = false) {
   for (;;) {
     WorldValues values;
     for (const WorldParameter& parameter : world_parameters(hardcore)) {
-      if (generator.integers(0, 3) != 0) continue;
+      if (!is_robots(parameter) || generator.integers(0, 3) != 0) continue;
       const double value = generator.uniform(parameter.minimum, parameter.maximum);
       values[parameter.name] = parameter.is_whole ? std::round(value) : value;
     }

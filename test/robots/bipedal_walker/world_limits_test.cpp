@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iostream>
 
+#include "as_numbers.h"
+#include "base/link_parameters.h"
 #include "robots/bipedal_walker/random_world.h"
 
 namespace walker::bipedal_walker {
@@ -21,6 +23,15 @@ struct Outcome {
   double fastest_joint = 0;  ///< [rad/s]
 };
 
+std::vector<LinkWrench> forces_of(const WorldValues& values) {
+  std::vector<LinkWrench> forces;
+  for (std::uint32_t link = 0; link < kBodies; ++link) {
+    forces.push_back({link, value_or(values, force_name(kLinks[link], 'x'), 0),
+                      value_or(values, force_name(kLinks[link], 'z'), 0), 0});
+  }
+  return forces;
+}
+
 /// Plays random episodes of up to 400 steps. Every other walker is pushed through the level, also
 /// after its fall.
 Outcome play(const WorldValues& values) {
@@ -28,6 +39,7 @@ Outcome play(const WorldValues& values) {
   Outcome outcome;
   Generator random(1);
   const double mass = value_or(values, "mass_scale", 1);
+  const std::vector<LinkWrench> forces = forces_of(values);
   std::vector<std::unique_ptr<Robot>> robots;
   std::vector<Generator> generators;
   for (std::size_t i = 0; i < kRobots; ++i) {
@@ -51,6 +63,7 @@ Outcome play(const WorldValues& values) {
       step.robot = robots[i].get();
       actions[i] = draw_action(random);
       step.action = actions[i].data();
+      step.forces = &forces;
       if (is_pushed) step.push = {mass * random.uniform(-0.5, 1.5), mass * random.uniform(0, 1.5)};
       if (has_ended) {
         step.generator = &generators[i];
@@ -109,14 +122,14 @@ TEST(WorldLimitsTest, RandomWorldsAreStable) {
   }
 }
 
-/// Each parameter is absent, or at an end of its range. A light walker with strong, fast motors
-/// without friction is wild, but not unstable.
+/// Each of the robot's parameters is absent, or at an end of its range. A light walker with strong,
+/// fast motors without friction is wild, but not unstable.
 TEST(WorldLimitsTest, CornersAreStable) {
   Generator generator(4);
   for (int i = 0; i < 20;) {
     WorldValues values;
     for (const WorldParameter& parameter : world_parameters(true)) {
-      const auto choice = generator.integers(0, 3);
+      const auto choice = is_robots(parameter) ? generator.integers(0, 3) : 2;
       if (choice == 0) values[parameter.name] = parameter.minimum;
       if (choice == 1) values[parameter.name] = parameter.maximum;
     }

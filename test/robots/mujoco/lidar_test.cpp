@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "as_numbers.h"
 #include "base/random.h"
 #include "robots/mujoco/level_ground.h"
 #include "robots/mujoco/model_file.h"

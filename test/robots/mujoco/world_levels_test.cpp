@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "as_numbers.h"
 #include "observer.h"
 #include "robots/mujoco/random_level.h"
 #include "robots/mujoco/world_robot.h"

@@ -16,7 +16,7 @@ from walker_sim.worlds import World, ends_of, read_world, to_world
 MAX_AXES = 3
 MAX_VALUES = 1000
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-# The names of check_steps in src/episode/disturbances.cpp.
+# The names of check_steps in src/episode/checked_world.cpp.
 ROUNDED = ("action_delay", "observation_delay", "push_interval", "change_interval")
 SYNTAX = "must be NAME=FIRST:END:STEP or NAME=VALUE,VALUE,..., e.g. push_impulse=0:40:10"
 
@@ -140,7 +140,10 @@ def refuse_equal(grid: Grid, dt: float) -> None:
     seen: dict[frozenset[Any], str] = {}
     for cell in grid.cells:
         text = grid.text_of(cell)
-        key = frozenset((name, rounded(name, cell.world)) for name in cell.world)
+        key = frozenset(
+            (name, rounded(name, cell.world), isinstance(given, dict))
+            for name, given in cell.world.items()
+        )
         if seen.setdefault(key, text) != text:
             raise InputError(
                 f"{text}: must be another world than {seen[key]}; delays and intervals are rounded "

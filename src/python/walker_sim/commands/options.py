@@ -61,7 +61,8 @@ def add_walker_options(parser: Parser, metavar: str = "ID|NAME=VALUE") -> None:
 
 WORLD_HELP = (
     "level, physics, disturbances, delays and noise: a preset's name, a YAML file, or a text: "
-    "'{gravity: -5, push_interval: [1, 3]}'. `worlds` lists presets and parameters"
+    "'{gravity: -5, push_interval: [1, 3], friction_scale: {log: [0.5, 2]}}'. `worlds` lists "
+    "presets and parameters"
 )
 DEFAULT_WORLD = "Gymnasium's, or over ROS the server's; a server keeps the world that it is given"
 

@@ -47,11 +47,12 @@ class Curriculum:
         growth: Mapping[str, Any],
     ) -> None:
         for name, given in world.items():
-            if isinstance(given, dict):
+            if isinstance(given, dict) or name == "change_interval":
                 raise ValueError(
-                    f"curriculum: world = {range_text({name: given})}: must be drawn uniformly, "
-                    "without log"
+                    f"curriculum: world = {range_text({name: given})}: must have neither log nor "
+                    "change_interval; a stage without curriculum can"
                 )
+        ranges = {name: ends_of(given) for name, given in world.items()}
         walker = _core.Pool(env_id, dict(parameters))
 
         def is_allowed(name: str, value: float) -> bool:
@@ -66,14 +67,14 @@ class Curriculum:
         known = {each["name"]: each for each in world_parameters(env_id)}
         self._begin = {
             name: _closest(ABSENT.get(name, known[name]["default"]), low, high)
-            for name, (low, high) in ((name, ends_of(given)) for name, given in world.items())
+            for name, (low, high) in ranges.items()
         }
         walker.set_world([], [{name: (begin, begin) for name, begin in self._begin.items()}])
         self._ends: list[tuple[str, int]] = []
         self._values: list[list[float]] = []  # of each end, on its way
-        for name, range_ in world.items():
+        for name, range_ in ranges.items():
             for side in (0, 1):
-                begin, end = self._begin[name], ends_of(range_)[side]
+                begin, end = self._begin[name], range_[side]
                 if begin == end:
                     continue
                 way = np.linspace(begin, end, growth["moves"] + 1)[1:-1]

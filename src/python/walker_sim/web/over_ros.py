@@ -185,7 +185,7 @@ class ServerPage:
 
     def _show_panel(self, buffer: TopicBuffer) -> None:
         panel, monitor = self._panel, self._monitor
-        world = to_world(monitor.spec.world)
+        world = to_world(monitor.spec.world.parameters)
         if world != panel.world:  # another client has set it
             panel.show_world(world)
         if monitor.wanted_factor is not None:
@@ -223,10 +223,10 @@ def to_message(world: World) -> WorldMessage:
     )
 
 
-def to_world(message: WorldMessage) -> World:
+def to_world(parameters: Sequence[WorldParameter]) -> World:
     return {
         each.name: {"log": (each.low, each.high)} if each.log_uniform else (each.low, each.high)
-        for each in message.parameters
+        for each in parameters
     }
 
 

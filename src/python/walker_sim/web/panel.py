@@ -28,11 +28,12 @@ PUSHES = {"up": ("I", 0, 1), "left": ("J", -1, 0), "down": ("K", 0, -1), "right"
 
 def text_of(drawn: World) -> str:
     """Returns what an episode has drawn, as short as it is shown."""
-    ends = {name: ends_of(value) for name, value in drawn.items()}
-    return ", ".join(
-        f"{name} {low:.3g}" + (f" to {high:.3g}" if low < high else "")
-        for name, (low, high) in ends.items()
-    )
+    texts = []
+    for name, given in drawn.items():
+        low, high = ends_of(given)
+        scale = " (log)" if isinstance(given, dict) else ""
+        texts.append(f"{name} {low:.3g}" + (f" to {high:.3g}{scale}" if low < high else ""))
+    return ", ".join(texts)
 
 
 class Walker(Protocol):
@@ -221,7 +222,8 @@ class Panel:
             button = gui.add_button("Set the text's world")
             button.on_click(self._on(lambda _: self._set_world(self._read_world)))
             for parameter in _core.world_parameters(env_id):
-                self._add_slider(parameter)
+                if parameter["name"] != "change_interval":  # needs a range, which no slider sets
+                    self._add_slider(parameter)
 
     def _add_slider(self, parameter: dict[str, Any]) -> None:
         name, low, high = parameter["name"], parameter["minimum"], parameter["maximum"]
