@@ -43,7 +43,8 @@ inline WorldParameter force_parameter(const std::string& link, char axis, double
           maximum};
 }
 
-/// Appends the parameters of forces on links, the trunk first. Limbs are light and bear less.
+/// Appends the parameters of forces on links. Limbs are light and bear less than the trunk.
+/// @param links the trunk first
 /// @param push_impulse default of the impulse of pushes [N s]
 inline void add_force_parameters(const std::vector<std::string>& links, double push_impulse,
                                  std::vector<WorldParameter>& parameters) {

@@ -38,16 +38,26 @@ double draw_from(const WorldRange& range, bool is_whole, Generator& generator) {
   return std::clamp(std::copysign(magnitude, range.low), range.low, range.high);
 }
 
-/// Refuses a delay or an interval that would be no step.
+void check_applicable(const Specification& specification, const World& world) {
+  check_world(specification.id, world);
+  for (const auto& [name, reason] : specification.inapplicable_world_parameters) {
+    if (world.count(name) == 0) continue;
+    throw std::invalid_argument("world parameter " + name + ": cannot be applied; " + reason);
+  }
+}
+
+/// Refuses a delay that would always be no step, and an interval that could be.
 void check_steps(const Specification& specification, const World& world) {
   for (const char* name : {"action_delay", "observation_delay", "push_interval", kChangeInterval}) {
     const auto found = world.find(name);
-    if (found == world.end() || found->second.high == 0) continue;
-    if (to_steps(found->second.high, specification.dt) != 0) continue;
+    if (found == world.end()) continue;
+    const bool is_delay = std::string(name).find("delay") != std::string::npos;
+    const double seconds = is_delay ? found->second.high : found->second.low;
+    if (seconds == 0 || to_steps(seconds, specification.dt) != 0) continue;
     throw std::invalid_argument("world parameter " + std::string(name) + " = " +
-                                shortest_text(found->second.high) +
-                                " s: is shorter than half a step of " + specification.id + " (" +
-                                shortest_text(specification.dt / 2) + " s)");
+                                shortest_text(seconds) + " s: is shorter than half a step of " +
+                                specification.id + " (" + shortest_text(specification.dt / 2) +
+                                " s)");
   }
 }
 
@@ -59,12 +69,7 @@ std::uint32_t to_steps(double seconds, double dt) {
 
 CheckedWorld::CheckedWorld(const Specification& specification, World world)
     : ranges_(std::move(world)), dt_(specification.dt) {
-  check_world(specification.id, ranges_);
-  for (const auto& [name, reason] : specification.inapplicable_world_parameters) {
-    if (ranges_.count(name) != 0) {
-      throw std::invalid_argument("world parameter " + name + ": cannot be applied; " + reason);
-    }
-  }
+  check_applicable(specification, ranges_);
   check_steps(specification, ranges_);
   for (const WorldParameter& parameter : world_parameters(specification.id)) {
     if (parameter.is_whole) whole_.push_back(parameter.name);
@@ -96,7 +101,7 @@ World CheckedWorld::draw(const GeneratorState& episode) const {
 
 void check_drawn_world(const Specification& specification, const World& drawn) {
   if (drawn.empty()) return;
-  const CheckedWorld checked(specification, drawn);
+  check_applicable(specification, drawn);
   const std::vector<std::string> changing = changing_names(specification.id, drawn);
   for (const auto& [name, range] : drawn) {
     if (range.is_number() || has(changing, name)) continue;

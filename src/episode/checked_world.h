@@ -41,8 +41,11 @@ class WALKER_SIM_EXPORT CheckedWorld {
   double dt_;
 };
 
-/// @throws std::invalid_argument as the constructor of `CheckedWorld`, or naming a range other than
-///         of physics beside `change_interval`
+/// Checks what a record or a saved state names as drawn. An interval may have been drawn that is
+/// rounded to no step, and then acted as one.
+/// @throws std::invalid_argument as `check_world`, for what the environment cannot apply, or naming
+/// a
+///         range that is not of physics, or that has no `change_interval` beside it
 void check_drawn_world(const Specification& specification, const World& drawn);
 
 /// The values that act in an episode. What its world has as ranges changes within it: before step

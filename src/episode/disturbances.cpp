@@ -64,7 +64,7 @@ Disturbances::Disturbances(const WorldValues& values, const Specification& speci
   noise_.joint_position.resize(specification.joints.size());
   noise_.joint_velocity.resize(specification.joints.size());
   noise_.ranges.resize(specification.range_finder.num_rays);
-  for (const Link& link : specification.links) links_.push_back(link.name);
+  for (const Link& link : specification.links) link_names_.push_back(link.name);
   set_forces(values);
 }
 
@@ -77,9 +77,9 @@ bool Disturbances::has_any(const WorldValues& values) {
 
 void Disturbances::set_forces(const WorldValues& values) {
   forces_.clear();
-  for (std::uint32_t link = 0; link < links_.size(); ++link) {
-    const double x = value_or(values, force_name(links_[link], 'x'), 0);
-    const double z = value_or(values, force_name(links_[link], 'z'), 0);
+  for (std::uint32_t link = 0; link < link_names_.size(); ++link) {
+    const double x = value_or(values, force_name(link_names_[link], 'x'), 0);
+    const double z = value_or(values, force_name(link_names_[link], 'z'), 0);
     if (link == 0) {
       constant_push_ = {x * dt_, z * dt_};
     } else if (x != 0 || z != 0) {

@@ -84,7 +84,7 @@ class Disturbances {
   void remember_sensors(Robot& robot);
   bool is_delayed() const { return observation_delay_ != 0 || dropout_ > 0; }
 
-  std::vector<std::string> links_;         // their names
+  std::vector<std::string> link_names_;
   double dt_;                              // [s]
   std::array<double, 2> constant_push_{};  // in each step, along x and z [N s]
   std::vector<LinkWrench> forces_;         // on links other than the trunk

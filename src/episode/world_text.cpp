@@ -93,8 +93,12 @@ std::vector<std::string> split(const std::string& text) {
 /// Whether a line leaves its value to the next lines: only an anchor or a tag may follow its colon.
 bool is_open(const std::string& line) {
   const std::size_t colon = line.rfind(": ");
-  const std::string rest = colon == std::string::npos ? "" : line.substr(colon + 2);
-  return line.back() == ':' || starts_with(rest, "&") || starts_with(rest, "!!");
+  if (colon == std::string::npos) return line.back() == ':';
+  std::istringstream words(line.substr(colon + 2));
+  for (std::string word; words >> word;) {
+    if (!starts_with(word, "&") && word != "!!python/tuple") return line.back() == ':';
+  }
+  return true;
 }
 
 /// Returns the entries NAME: VALUE of a text, or of {A: 1, B: [2, 3]}. They keep their line breaks.

@@ -50,8 +50,10 @@ TEST(World, ParsesYamlsOrdinaryForms) {
        }) {
     EXPECT_EQ(parse_world(text, "x"), expected) << text;
   }
-  EXPECT_EQ(parse_world("a: &id001 !!python/tuple\n- 1\n- 2\nb: *id001\n", "x"),
-            (World{{"a", {1, 2}}, {"b", {1, 2}}}));
+  for (const char* text :
+       {"a: &id001 !!python/tuple\n- 1\n- 2\nb: *id001\n", "  a: &x [1, 2]\n  b: *x\n"}) {
+    EXPECT_EQ(parse_world(text, "x"), (World{{"a", {1, 2}}, {"b", {1, 2}}})) << text;
+  }
 }
 
 TEST(World, ParsesLogarithmicRanges) {

@@ -156,6 +156,11 @@ TOO_SHORT = "world parameter action_delay = 0.001 s: is shorter than half a step
             b"algorithm: es\nworld: {gravity: {log: [-9, -5]}}\ncurriculum: {thresholds: [1, 2]}",
             "curriculum: world = {gravity: {log: [-9.0, -5.0]}}: must have neither log nor",
         ),
+        (
+            b"algorithm: es\nworld: {gravity: [-9, -5], change_interval: 1}\n"
+            b"curriculum: {thresholds: [1, 2]}",
+            "curriculum: world = {change_interval: 1.0}: must have neither log nor",
+        ),
     ],
 )
 def test_error_names_invalid_settings_file(tmp_path, command, content, words):

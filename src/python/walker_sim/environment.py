@@ -318,10 +318,12 @@ class WalkerEnv(gymnasium.Env[NDArray[Any], NDArray[Any]]):
         Raises
         ------
         ValueError, TypeError
-            If the state is of another kind of walker or is damaged. Names the difference. The
-            present state is unchanged.
+            If the state is of another kind of walker or is damaged, or if `qpos` or `qvel` has a
+            wrong size or a number that is not finite. Names the difference. The present state is
+            unchanged.
         walker_sim.ResetNeeded, RuntimeError
-            If `qvel` is given before the first reset, or for BipedalWalker.
+            If `qvel` is given before the first reset or after a failure of the engine, or for
+            BipedalWalker.
         """
         if qvel is not None:
             self._require_open("set_state")

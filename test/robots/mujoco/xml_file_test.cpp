@@ -227,6 +227,7 @@ TEST_F(XmlFileTest, RefusesWorldsOfBodiesAndFloorsThatItsModelLacks) {
   const auto walker = make("Walker2d-v5", {{"xml_file", file}});
   for (const auto& [name, reason] :
        {std::pair("torso_mass", "the model has no body torso"),
+        {"torso_force_x", "the model has no link torso"},
         {"floor_friction", "the model has no floor, a level plane of the world's body"}}) {
     const World world{{name, {1, 1}}};
     EXPECT_EQ(message_of<std::invalid_argument>([&] { walker->set_world(world); }),
