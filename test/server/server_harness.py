@@ -94,13 +94,24 @@ def to_message(world):
     """The message of a preset, or of ranges or values by name."""
     if isinstance(world, str):
         return World(preset=world)
-    ranges = {k: v if isinstance(v, list) else [v, v] for k, v in world.items()}
-    return World("", [WorldParameter(name, *ends, False) for name, ends in ranges.items()])
+    parameters = []
+    for name, given in world.items():
+        is_log = isinstance(given, dict)
+        ends = given["log"] if is_log else given
+        low, high = ends if isinstance(ends, (list, tuple)) else (ends, ends)
+        parameters.append(WorldParameter(name, low, high, is_log))
+    return World("", parameters)
 
 
 def values_of(parameters):
-    assert all(each.low == each.high for each in parameters), parameters
-    return {each.name: each.low for each in parameters}
+    """What an episode has drawn, as `info["world"]` in Python."""
+    drawn = {}
+    for each in parameters:
+        ends = each.low, each.high
+        drawn[each.name] = {"log": ends} if each.log_uniform else ends
+        if each.low == each.high:
+            drawn[each.name] = each.low
+    return drawn
 
 
 class Bytes(Float64MultiArray):
