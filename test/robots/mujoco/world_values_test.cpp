@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/link_parameters.h"
 #include "bits.h"
 #include "observer.h"
 #include "robots/mujoco/level_ground.h"
@@ -85,7 +86,10 @@ TEST_P(WorldValuesTest, GymnasiumsValuesGiveGymnasiumsBits) {
 /// wild starts. Motors of ten times the strength are too strong for bodies of a tenth of a
 /// kilogram.
 TEST_P(WorldValuesTest, IsStableAtTheLimits) {
-  const std::vector<WorldParameter> all = find_registration(id()).world_parameters;
+  std::vector<WorldParameter> all = find_registration(id()).world_parameters;
+  // Forces are the episode's, and would make a thousand times as many corners.
+  const auto is_force = [](const WorldParameter& each) { return is_force_name(each.name); };
+  all.erase(std::remove_if(all.begin(), all.end(), is_force), all.end());
   const auto place = [&all](const char* name) {
     return std::find_if(all.begin(), all.end(),
                         [name](const WorldParameter& each) { return each.name == name; });
